@@ -1,0 +1,90 @@
+// libFuzzer target: no bytes whatsoever may make a mesh reader crash, hang, ask for absurd memory or return a mesh whose
+// indices are out of range; they end in a mesh or in Error{input}. The first byte of the input picks the kind.
+//
+//   clang++-14 -g -O1 -fsanitize=fuzzer,address,undefined ... fuzz/fuzz_read_mesh.cpp src/mesh_io*.cpp src/mesh.cpp -lzip -lpugixml
+//
+// Without libFuzzer it is linked with fuzz/standalone_main.cpp.
+
+#include <zip.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "../src/mesh_io_detail.h"
+#include "rayrep/error.h"
+
+namespace {
+
+using rayrep::Mesh;
+using rayrep::MeshFile;
+
+void require(bool condition, const char* law) {
+  if (!condition) throw std::logic_error(law);
+}
+
+/// A 3MF archive around the XML of a model, not compressed: random changes of a compressed one seldom reach the XML.
+std::string archive_around(const std::string& model) {
+  zip_error_t error;
+  zip_error_init(&error);
+  zip_source_t* target = zip_source_buffer_create(nullptr, 0, 0, &error);
+  zip_source_keep(target);
+  zip_t* archive = zip_open_from_source(target, ZIP_CREATE | ZIP_TRUNCATE, &error);
+  require(archive != nullptr, "a zip archive can be made");
+  const zip_int64_t index =
+      zip_file_add(archive, "3D/3dmodel.model", zip_source_buffer(archive, model.data(), model.size(), 0), ZIP_FL_ENC_UTF_8);
+  zip_set_file_compression(archive, static_cast<zip_uint64_t>(index), ZIP_CM_STORE, 0);
+  require(zip_close(archive) == 0, "a zip archive can be closed");
+  zip_stat_t stat;
+  zip_source_stat(target, &stat);
+  std::string bytes(stat.size, '\0');
+  zip_source_open(target);
+  zip_source_read(target, bytes.data(), bytes.size());
+  zip_source_close(target);
+  zip_source_free(target);
+  return bytes;
+}
+
+MeshFile read(const std::string& bytes, const std::string& ending) {
+  return rayrep::detail::read_mesh_bytes({bytes, "input" + ending}, {});
+}
+
+bool is_finite(const Mesh& mesh) {
+  for (const auto& vertex : mesh.vertices)
+    if (!vertex.allFinite()) return false;
+  return true;
+}
+
+void check_laws(const MeshFile& file) {
+  const Mesh& mesh = file.mesh;
+  require(!mesh.triangles.empty(), "a mesh that was read has triangles");
+  for (const auto& triangle : mesh.triangles)
+    for (int k = 0; k < 3; ++k)
+      require(triangle[k] >= 0 && static_cast<std::size_t>(triangle[k]) < mesh.vertices.size(), "indices are in range");
+  require(file.polygons > 0 && file.polygons <= mesh.triangles.size(), "a polygon has at least one triangle");
+  if (!is_finite(mesh) || mesh.triangles.size() > 10000) return;
+  for (const auto& [ending, bytes] :
+       {std::pair{".obj", rayrep::detail::encode_obj(mesh)}, std::pair{".ply", rayrep::detail::encode_ply(mesh)},
+        std::pair{".3mf", rayrep::detail::encode_3mf(mesh)}}) {
+    const Mesh back = read(bytes, ending).mesh;
+    require(back.vertices == mesh.vertices && back.triangles == mesh.triangles, "what is written reads back the same");
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {  // NOLINT(readability-identifier-naming)
+  constexpr std::array<const char*, 6> kEndings = {".stl", ".obj", ".ply", ".off", ".3mf", ".model"};
+  if (size == 0) return 0;
+  const std::string ending = kEndings[data[0] % kEndings.size()];
+  const std::string bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
+  try {
+    check_laws(ending == ".model" ? read(archive_around(bytes), ".3mf") : read(bytes, ending));
+  } catch (const rayrep::Error& error) {
+    require(error.code() == rayrep::ErrorCode::input, "bad bytes are Error{input}");
+  }
+  return 0;
+}

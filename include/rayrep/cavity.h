@@ -1,0 +1,33 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "rayrep/block_field.h"
+#include "rayrep/mesh.h"
+#include "rayrep/moments.h"
+#include "rayrep/surface_query.h"
+
+namespace rayrep {
+
+struct CavityOptions {
+  double wall_mm = 1.2;
+  double min_cavity_mm3 = 4.0;  ///< smaller cavities are left out: they cannot be printed
+};
+
+struct CavityMesh {
+  Mesh mesh;  ///< closed shells facing into the cavity, away from the material
+  std::size_t cavities = 0;
+  std::size_t filled = 0;  ///< cavities left out because they were too small
+  double filled_mm3 = 0;
+  std::size_t removed_islands = 0;  ///< specks of material floating in a cavity, left out
+  double removed_mm3 = 0;
+};
+
+/// The surface of the cavity { p : distance(p) >= wall and q.phi(p) > 0 } (DESIGN section 5): the zero set of
+/// max(wall - distance, -q.phi / |grad q.phi|), meshed on the grid of `field` and then moved onto the exact surfaces: vertices
+/// nearer to the offset surface by exact closest points, the others along the gradient of the quadric. theory.md (16).
+/// @param field  wall - distance, see InnerDomain
+/// @param q      switching function: material is where q.phi < 0
+CavityMesh mesh_cavity(const BlockField& field, const SurfaceQuery& surface, const Moments& q, const CavityOptions& options);
+
+}  // namespace rayrep

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rayrep/hydrostatics.h"
+#include "rayrep/inner_domain.h"
+#include "rayrep/mesh.h"
+#include "rayrep/progress.h"
+#include "rayrep/solve.h"
+
+namespace rayrep {
+
+/// How the inside is discretised and built, for every goal.
+struct HollowOptions {
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< direction of the mesh that shall point up; need not be a unit vector
+  double wall_mm = 1.2;                           ///< smallest distance of a cavity to the surface
+  double density_g_cm3 = 1.24;                    ///< of the printed material
+  int resolution = 200;                           ///< rays along the longest side, 20 to 1000
+  double min_cavity_mm3 = 4.0;                    ///< a ball of 2 mm; smaller cavities are filled
+  /// As-built passes: after each meshing the difference between the mesh's exact moments and the model's is fed back and the
+  /// problem is solved again, until the mesh meets mass and offsets to `as_built_tolerance` (relative to mass and to the diagonal).
+  int max_passes = 4;
+  double as_built_tolerance = 2e-5;
+  SolveOptions solve;
+  /// What storing does to coordinates (e.g. rounding to float32), see as_stored in mesh_io.h; empty: nothing.
+  std::function<Mesh(const Mesh&)> as_stored;
+};
+
+struct FloatOptions {
+  HollowOptions hollow;
+  double fluid_g_cm3 = 1.0;
+  std::optional<double> waterline_mm;  ///< above the lowest point; with neither this nor the next: searched, see best_waterline
+  std::optional<double> submerged_fraction;  ///< of the height
+};
+
+/// A hollowed body and how it came about.
+struct HollowResult {
+  Mesh delivered;  ///< the untouched outer surface, then the cavity shells; in the frame of the mesh that was given
+  std::size_t cavities = 0;
+  std::size_t filled_cavities = 0;  ///< too small to print
+  double filled_mm3 = 0;
+  std::size_t removed_islands = 0;  ///< specks of material that would have floated in a cavity
+  CastReport cast;
+  std::size_t dropped_components = 0;  ///< pieces of the inner domain too small to print
+  double ray_spacing_mm = 0;
+  double field_spacing_mm = 0;
+  Eigen::Affine3d to_working =
+      Eigen::Affine3d::Identity();  ///< to the working frame: up = z, lowest point at z = 0, box centred in x, y
+  Moments q = Moments::Zero();      ///< working frame: material of the inner domain is where q.phi < 0, the cavity where q.phi > 0
+  SolveReport solve;                ///< of the last pass
+  int solver_iterations = 0;        ///< over all passes
+  int passes = 0;
+  double duality_gap = 0;  ///< (objective - proven lower bound) / |objective| on these rays, last pass
+};
+
+struct FloatResult {
+  HollowResult hollow;
+  double waterline_mm = 0;  ///< above the lowest point
+  bool waterline_searched = false;
+};
+
+/// Computes the inside of a body so that it floats upright (ray-reps paper, Eq. 3-6 and 11; DESIGN sections 2 to 5).
+/// @param solid  closed, oriented, positive volume: see require_solid. Overlapping components count as their union.
+/// @throws Error{usage} for options out of range; Error{goal} with figures and remedies when the wall leaves no inside, the
+///         waterline cannot be met, or the upright position would not be stable; Error{solver} when the solver stops;
+///         Error{interrupted}.
+/// A result is not yet a success: that is for verify_float to say.
+FloatResult hollow_float(const Mesh& solid, const FloatOptions& options, const Progress& progress = {});
+
+/// The rigid motion that turns `up` to +z, puts the lowest point to z = 0 and centres the box in x and y. Exact (entries 0 and
+/// +-1) for directions along the axes.
+Eigen::Affine3d working_frame(const Mesh& mesh, const Eigen::Vector3d& up);
+
+}  // namespace rayrep

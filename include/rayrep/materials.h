@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace rayrep {
+
+/// A printing material. Densities are typical values of the printed solid; a spool's or bottle's own data sheet is better.
+struct Material {
+  std::string name;  ///< lower case, as given to --material
+  double density_g_cm3;
+  std::string source;  ///< where the figure is from
+};
+
+/// All known materials, by name.
+const std::vector<Material>& materials();
+
+/// The material of that name, in any case. @throws Error{usage} listing the known names.
+const Material& material(const std::string& name);
+
+}  // namespace rayrep

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <vector>
+
+namespace rayrep {
+
+/// An indexed triangle mesh. Vertices in mm, triangles counter-clockwise seen from outside the material, 0-based.
+struct Mesh {
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<Eigen::Vector3i> triangles;
+
+  /// Corner k (0, 1, 2) of triangle t.
+  const Eigen::Vector3d& corner(std::size_t t, int k) const { return vertices[triangles[t][k]]; }
+};
+
+/// Smallest axis-aligned box around all vertices; empty for a mesh without vertices.
+Eigen::AlignedBox3d bounding_box(const Mesh& mesh);
+
+/// Every vertex p replaced by T p. A reflection would turn the mesh inside out: T must have a positive determinant,
+/// which is asserted.
+Mesh transformed(const Mesh& mesh, const Eigen::Affine3d& T);
+
+/// Appends the vertices and triangles of `other` to `mesh`.
+void append(Mesh& mesh, const Mesh& other);
+
+/// Reverses the orientation of every triangle.
+void flip(Mesh& mesh);
+
+/// The same triangles over vertices of which those with equal coordinates (-0 = 0) are one, numbered in order of first use.
+Mesh with_merged_vertices(const Mesh& mesh);
+
+/// The connected components of a mesh: triangles joined over shared vertices (by index).
+struct Components {
+  std::vector<int> of_triangle;  ///< component of each triangle, numbered by first appearance
+  int count = 0;
+};
+Components connected_components(const Mesh& mesh);
+
+/// One mesh per component, in order; vertices renumbered in order of first use.
+std::vector<Mesh> split(const Mesh& mesh, const Components& components);
+
+}  // namespace rayrep

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "rayrep/interior.h"
+#include "rayrep/ray_rep.h"
+
+namespace rayrep {
+
+/// Interior of the float and stand problems on rays (ray-reps paper, Sec. 3.2 and Eq. 11): one variable z1 per interval [zmin,
+/// zmax] of the inner domain, material from z0 = zmin to z1, void above. Per interval with cell area A at (x, y):
+///
+///     s_1 = A (z1 - zmin),  s_z = A (z1^2 - zmin^2)/2,  s_zz = A (z1^3 - zmin^3)/3,  times powers of x and y. theory.md (13)
+class BottomFilledRays final : public Interior {
+public:
+  explicit BottomFilledRays(RayRep domain);
+
+  const RayRep& domain() const { return domain_; }
+  Eigen::Index variables() const override;
+  Eigen::VectorXd lower_bounds() const override;
+  Eigen::VectorXd upper_bounds() const override;
+  Moments moments(const Eigen::VectorXd& z1) const override;
+  Eigen::Matrix<double, 10, Eigen::Dynamic> jacobian(const Eigen::VectorXd& z1) const override;
+  Eigen::VectorXd hessian_diagonal(const Eigen::VectorXd& z1, const Moments& w) const override;
+
+private:
+  RayRep domain_;
+  std::vector<Eigen::Vector2d> xy_;  ///< of each interval
+};
+
+/// Moments of all of a ray-rep's intervals, unit density.
+Moments ray_moments(const RayRep& rays);
+
+}  // namespace rayrep

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+namespace rayrep {
+
+/// A closed interval of a ray, mm. Empty when hi <= lo.
+struct Interval {
+  double lo = 0;
+  double hi = 0;
+  double length() const { return hi - lo; }
+};
+
+/// A regular grid of rays along +z: ray (i, j) runs through (origin.x + i spacing, origin.y + j spacing), 0 <= i < nx, 0 <= j < ny.
+struct RayGrid {
+  Eigen::Vector2d origin_mm = Eigen::Vector2d::Zero();
+  double spacing_mm = 1;
+  int nx = 0;
+  int ny = 0;
+
+  std::size_t size() const { return static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny); }
+  Eigen::Vector2d at(std::size_t ray) const;  ///< ray = j nx + i
+  double cell_area_mm2() const { return spacing_mm * spacing_mm; }
+};
+
+/// A solid as its intersections with a grid of rays (ray-reps paper, Eq. 1): the intervals of ray r are
+/// intervals[first[r]] ... intervals[first[r + 1]] (exclusive), disjoint and ascending.
+struct RayRep {
+  RayGrid grid;
+  std::vector<std::uint32_t> first;  ///< size grid.size() + 1
+  std::vector<Interval> intervals;
+
+  /// Volume by quadrature: sum of lengths times the cell area, mm^3.
+  double volume_mm3() const;
+};
+
+}  // namespace rayrep

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "rayrep/hollow.h"
+#include "rayrep/mesh_check.h"
+#include "rayrep/mesh_io.h"
+#include "rayrep/verify.h"
+
+namespace rayrep {
+
+/// What a report says of a mesh that was read.
+struct InputSummary {
+  std::string path;
+  std::string format;
+  double mm_per_unit = 1;  ///< of the file
+  double scale = 1;        ///< applied after that (--size)
+  Eigen::Vector3d size_mm = Eigen::Vector3d::Zero();
+  std::size_t vertices = 0;   ///< after merging
+  std::size_t triangles = 0;  ///< after dropping degenerate ones
+  MeshReport check;
+  std::vector<std::string> notes;  ///< of the reader
+};
+
+/// Everything one run of a command found out, for `--report` and the terminal.
+struct FloatReport {
+  std::string command;  ///< "float" or "verify"
+  InputSummary input;
+  std::string output;                                        ///< path; empty for verify
+  std::vector<std::pair<std::string, std::string>> options;  ///< as they were in force, by name
+  FloatGoalSpec goal;
+  FloatLimits limits;
+  FloatState before;      ///< the solid; of a verify run: the same as after
+  FloatVerdict after;     ///< judged from the file re-read from disk
+  bool hollowed = false;  ///< `result` is meaningful
+  FloatResult result;
+  std::size_t delivered_triangles = 0;
+  std::vector<std::pair<std::string, double>> timings_s;  ///< stage and seconds, in order of first occurrence, then total
+  double peak_memory_mb = 0;
+};
+
+/// JSON text, schema version 1: numbers with all their digits, lengths in mm, masses in g, angles in rad; infinite and undefined
+/// numbers are null.
+std::string to_json(const FloatReport& report);
+
+/// JSON text of `rayrep inspect`. `mass` is null for a mesh that is not usable.
+std::string to_json(const InputSummary& input, double density_g_cm3, double area_mm2, const MassProperties* mass);
+
+/// The version of the library, e.g. "0.1.0".
+std::string version();
+
+}  // namespace rayrep

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+#include "rayrep/nlp.h"
+#include "rayrep/progress.h"
+
+namespace rayrep {
+
+/// What is known after a solve.
+enum class SolveStatus {
+  not_run,          ///< no solver was called; no other field means anything
+  converged,        ///< the KKT conditions hold to SolveOptions::tolerance; x is a (local) minimum
+  infeasible,       ///< the solver found no point that satisfies the constraints; x violates them least, locally
+  iteration_limit,  ///< stopped at SolveOptions::max_iterations; x is the last iterate, of unknown quality
+  failed,           ///< numerical trouble, named in SolveReport::solver_status; x is the last iterate
+};
+
+struct SolveOptions {
+  /// Scaled KKT error at which to stop. Smaller costs an iteration per decade.
+  double tolerance = 1e-9;
+  int max_iterations = 500;
+};
+
+struct SolveReport {
+  SolveStatus status = SolveStatus::not_run;
+  std::string solver;         ///< "rays (Ipopt)", "quadric"
+  std::string solver_status;  ///< in the solver's own words, e.g. "Solve_Succeeded"
+  int iterations = 0;
+  Eigen::Index variables = 0;
+  double objective = 0;             ///< of the Nlp
+  double constraint_violation = 0;  ///< largest |c_i| of the Nlp
+  Eigen::VectorXd x;
+  Eigen::VectorXd multipliers;  ///< of the constraints: gradient(f) + J^T mu + bound multipliers = 0
+};
+
+/// Solves with Ipopt (interior point, exact derivatives, MUMPS). One solve at a time in a process: MUMPS is not reentrant, so
+/// concurrent calls wait for each other. Reads no options file.
+/// @throws Error{interrupted} within an iteration of Progress::cancelled returning true; exceptions of `nlp` pass through
+SolveReport solve_ipopt(const Nlp& nlp, const SolveOptions& options = {}, const Progress& progress = {});
+
+}  // namespace rayrep

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "rayrep/hydrostatics.h"
+#include "rayrep/mesh.h"
+#include "rayrep/moments.h"
+#include "rayrep/progress.h"
+#include "rayrep/quadric.h"
+#include "rayrep/ray_rep.h"
+#include "rayrep/surface_query.h"
+
+namespace rayrep {
+
+/// A body that shall float, in the working frame: z up, its lowest point at z = 0.
+struct FloatProblem {
+  const Mesh& hull;     ///< what the fluid touches, see hydrostatics
+  const RayRep& inner;  ///< inner domain
+  Moments shell;        ///< moments of everything outside the inner domain, unit density
+  double fluid_g_cm3 = 1.0;
+  double density_g_cm3 = 1.24;
+  double wall_mm = 1.2;
+  double height_mm = 0;    ///< of the body
+  double diagonal_mm = 0;  ///< of its bounding box
+};
+
+/// What a body can do at a waterline.
+struct WaterlineState {
+  double waterline_mm = 0;
+  Hydrostatics water;
+  double displaced_g = 0;
+  bool attainable = false;           ///< some interior meets mass and both offsets
+  QuadricSolution lowest;            ///< the lowest centre of mass, when attainable
+  double metacentric_height_mm = 0;  ///< GM of it
+};
+
+WaterlineState at_waterline(const FloatProblem& problem, double waterline_mm);
+
+/// The waterline of largest metacentric height among those that can be met and at which the body comes back upright when let go
+/// tilted by 10 degrees (in four directions); none if there is no such waterline. A scan over the height refined by golden section;
+/// waterlines at the very edge of what can be met are left out.
+/// @throws Error{interrupted}
+std::optional<double> best_waterline(const FloatProblem& problem, const Progress& progress = {});
+
+/// The smallest horizontal distance between centre of mass and `target_mm` over all interiors of a given mass, by maximising the
+/// support function of the attainable set over directions. theory.md (17). 0 when the target can be reached.
+/// @param material_mm3  volume of the whole body, between that of the shell and that of the solid
+double smallest_offset_mm(const RayRep& inner, const Moments& shell, double material_mm3, const Eigen::Vector2d& target_mm);
+
+/// Why a waterline cannot be met, with the numbers and what would make it possible, for a user to read.
+/// @param surface  of the body in the working frame, for trying other walls
+std::string explain_unattainable(const FloatProblem& problem, const WaterlineState& state, const SurfaceQuery& surface,
+                                 const Progress& progress = {});
+
+/// Why no waterline at all can be met.
+std::string explain_no_waterline(const FloatProblem& problem, const SurfaceQuery& surface, const Progress& progress = {});
+
+}  // namespace rayrep

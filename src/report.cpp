@@ -1,0 +1,196 @@
+#include "rayrep/report.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace rayrep {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json vector(const Eigen::Ref<const Eigen::VectorXd>& v) {
+  Json array = Json::array();
+  for (Eigen::Index n = 0; n < v.size(); ++n) array.push_back(number(v[n]));
+  return array;
+}
+
+Json matrix(const Eigen::Matrix3d& m) {
+  Json rows = Json::array();
+  for (Eigen::Index n = 0; n < 3; ++n) rows.push_back(vector(m.row(n).transpose()));
+  return rows;
+}
+
+Json defect(const Defect& d) {
+  Json json = {{"count", d.count}};
+  if (d) json["first_mm"] = vector(d.first_mm);
+  return json;
+}
+
+Json input_json(const InputSummary& input) {
+  const MeshReport& check = input.check;
+  Json json = {
+      {"path", input.path},
+      {"format", input.format},
+      {"mm_per_unit", input.mm_per_unit},
+      {"scale", input.scale},
+      {"size_mm", vector(input.size_mm)},
+      {"vertices", input.vertices},
+      {"triangles", input.triangles},
+      {"components", check.components},
+      {"nested_components", check.nested_components},
+      {"cavities", check.cavities},
+      {"vertices_merged", check.vertices_merged},
+      {"components_turned", check.components_turned},
+      {"triangles_turned", check.triangles_turned},
+      {"usable", check.usable},
+      {"defects",
+       {{"not_finite", defect(check.not_finite)},
+        {"degenerate", defect(check.degenerate)},
+        {"duplicate", defect(check.duplicate)},
+        {"open_edges", defect(check.open_edges)},
+        {"non_manifold_edges", defect(check.non_manifold_edges)},
+        {"misoriented_edges", defect(check.misoriented_edges)},
+        {"unbalanced_edges", defect(check.unbalanced_edges)},
+        {"self_intersections", defect(check.self_intersections)}}},
+  };
+  if (!check.usable) json["refusal"] = check.refusal;
+  Json notes = Json::array();
+  for (const std::string& note : input.notes) notes.push_back(note);
+  for (const std::string& note : check.notes) notes.push_back(note);
+  json["notes"] = notes;
+  return json;
+}
+
+Json mass_json(const MassProperties& mass) {
+  return {
+      {"volume_mm3", number(mass.volume_mm3)},
+      {"mass_g", number(mass.mass_g)},
+      {"centre_of_mass_mm", vector(mass.centre_of_mass_mm)},
+      {"inertia_g_mm2", matrix(mass.inertia_g_mm2)},
+      {"principal_moments_g_mm2", vector(mass.principal_moments_g_mm2)},
+      {"principal_axes", matrix(mass.principal_axes.transpose())},
+  };
+}
+
+Json state_json(const FloatState& state) {
+  Json json = mass_json(state.body);
+  json["displaced_mass_g"] = number(state.displaced_mass_g);
+  json["mass_error"] = number(state.mass_error);
+  json["centre_of_buoyancy_mm"] = vector(state.water.centre_of_buoyancy_mm);
+  json["waterplane_area_mm2"] = number(state.water.waterplane_area_mm2);
+  json["waterplane_smallest_second_moment_mm4"] = number(state.water.smallest_second_moment_mm4);
+  json["horizontal_offset_mm"] = number(state.horizontal_offset_mm);
+  json["metacentric_height_mm"] = number(state.metacentric_height_mm);
+  json["settled_tilt_rad"] = number(state.settled_tilt_rad);
+  return json;
+}
+
+std::string status_name(SolveStatus status) {
+  switch (status) {
+    case SolveStatus::not_run:
+      return "not_run";
+    case SolveStatus::converged:
+      return "converged";
+    case SolveStatus::infeasible:
+      return "infeasible";
+    case SolveStatus::iteration_limit:
+      return "iteration_limit";
+    case SolveStatus::failed:
+      return "failed";
+  }
+  return "unknown";
+}
+
+double seconds_of(const FloatReport& report, const std::string& stage) {
+  for (const auto& [name, seconds] : report.timings_s)
+    if (name == stage) return seconds;
+  return 0;
+}
+
+}  // namespace
+
+std::string to_json(const FloatReport& report) {
+  Json json;
+  json["schema"] = 1;
+  json["version"] = version();
+  json["command"] = report.command;
+  json["pass"] = report.after.pass();
+  json["input"] = input_json(report.input);
+  if (!report.output.empty()) json["output"] = {{"path", report.output}, {"triangles", report.delivered_triangles}};
+  Json options = Json::object();
+  for (const auto& [name, value] : report.options) options[name] = value;
+  json["options"] = options;
+  json["goal"] = {{"name", "float"},
+                  {"up", vector(report.goal.up)},
+                  {"waterline_mm", report.goal.waterline_mm},
+                  {"waterline_searched", report.hollowed && report.result.waterline_searched},
+                  {"fluid_g_cm3", report.goal.fluid_g_cm3},
+                  {"density_g_cm3", report.goal.density_g_cm3},
+                  {"wall_mm", report.goal.wall_mm}};
+  json["before"] = state_json(report.before);
+  json["after"] = state_json(report.after.state);
+  json["after"]["cavities"] = report.after.cavities;
+  json["after"]["solid_islands"] = report.after.solid_islands;
+  json["after"]["smallest_wall_mm"] = number(report.after.smallest_wall_mm);
+  Json criteria = Json::array();
+  for (const Criterion& c : report.after.criteria)
+    criteria.push_back({{"name", c.name},
+                        {"description", c.description},
+                        {"value", number(c.value)},
+                        {"limit", number(c.limit)},
+                        {"kind", c.kind == Criterion::Kind::at_most ? "at_most" : "at_least"},
+                        {"pass", c.pass()}});
+  json["criteria"] = criteria;
+  Json notes = Json::array();
+  for (const std::string& note : report.after.notes) notes.push_back(note);
+  json["notes"] = notes;
+  if (report.hollowed) {
+    const HollowResult& hollow = report.result.hollow;
+    json["solver"] = {{"name", hollow.solve.solver},
+                      {"status", status_name(hollow.solve.status)},
+                      {"solver_status", hollow.solve.solver_status},
+                      {"iterations", hollow.solver_iterations},
+                      {"variables", hollow.solve.variables},
+                      {"objective", number(hollow.solve.objective)},
+                      {"constraint_violation", number(hollow.solve.constraint_violation)},
+                      {"duality_gap", number(hollow.duality_gap)},
+                      {"passes", hollow.passes},
+                      {"seconds", seconds_of(report, "solve")}};
+    json["model"] = {
+        {"ray_spacing_mm", hollow.ray_spacing_mm},
+        {"field_spacing_mm", hollow.field_spacing_mm},
+        {"rays_cast", hollow.cast.rays},
+        {"rays_recast", hollow.cast.recast},
+        {"rays_bad", hollow.cast.bad},
+        {"dropped_components", hollow.dropped_components},
+        {"filled_cavities", hollow.filled_cavities},
+        {"filled_mm3", hollow.filled_mm3},
+        {"removed_islands", hollow.removed_islands},
+        {"quadric", vector(hollow.q)},
+        {"quadric_frame",
+         {{"rotation", matrix(hollow.to_working.linear())}, {"translation_mm", vector(hollow.to_working.translation())}}}};
+  }
+  Json timings = Json::object();
+  for (const auto& [stage, seconds] : report.timings_s) timings[stage] = seconds;
+  json["timings_s"] = timings;
+  json["peak_memory_mb"] = report.peak_memory_mb;
+  return json.dump(2) + "\n";
+}
+
+std::string to_json(const InputSummary& input, double density_g_cm3, double area_mm2, const MassProperties* mass) {
+  Json json;
+  json["schema"] = 1;
+  json["version"] = version();
+  json["command"] = "inspect";
+  json["input"] = input_json(input);
+  json["density_g_cm3"] = density_g_cm3;
+  json["area_mm2"] = number(area_mm2);
+  json["mass_properties"] = mass ? mass_json(*mass) : Json(nullptr);
+  return json.dump(2) + "\n";
+}
+
+std::string version() { return RAYREP_VERSION; }
+
+}  // namespace rayrep

@@ -1,0 +1,339 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <thread>
+
+#include "rayrep/error.h"
+#include "rayrep/goals.h"
+#include "rayrep/nlp.h"
+#include "rayrep/quadric.h"
+#include "rayrep/ray_cast.h"
+#include "rayrep/ray_interior.h"
+#include "rayrep/solve.h"
+#include "rayrep/waterline.h"
+#include "solids.h"
+
+namespace rayrep {
+namespace {
+
+using namespace test;
+
+/// Hock and Schittkowski's problem 71 with its inequality as an equality with a slack.
+class Hs071 final : public Nlp {
+public:
+  Eigen::Index variables() const override { return 5; }
+  Eigen::Index constraints() const override { return 2; }
+  Eigen::VectorXd lower_bounds() const override { return Eigen::Matrix<double, 5, 1>(1, 1, 1, 1, 25); }
+  Eigen::VectorXd upper_bounds() const override { return Eigen::Matrix<double, 5, 1>(5, 5, 5, 5, 1e19); }
+  Eigen::VectorXd start() const override { return Eigen::Matrix<double, 5, 1>(1, 5, 5, 1, 25); }
+  double objective(const Eigen::VectorXd& x) const override { return x[0] * x[3] * (x[0] + x[1] + x[2]) + x[2]; }
+  Eigen::VectorXd gradient(const Eigen::VectorXd& x) const override {
+    return Eigen::Matrix<double, 5, 1>(x[3] * (2 * x[0] + x[1] + x[2]), x[0] * x[3], x[0] * x[3] + 1, x[0] * (x[0] + x[1] + x[2]),
+                                       0);
+  }
+  Eigen::VectorXd constraint_values(const Eigen::VectorXd& x) const override {
+    return Eigen::Vector2d(x[0] * x[1] * x[2] * x[3] - x[4], x.head<4>().squaredNorm() - 40);
+  }
+  Pattern jacobian_pattern() const override { return {{0, 0}, {0, 1}, {0, 2}, {0, 3}, {0, 4}, {1, 0}, {1, 1}, {1, 2}, {1, 3}}; }
+  Eigen::VectorXd jacobian_values(const Eigen::VectorXd& x) const override {
+    Eigen::VectorXd v(9);
+    v << x[1] * x[2] * x[3], x[0] * x[2] * x[3], x[0] * x[1] * x[3], x[0] * x[1] * x[2], -1, 2 * x[0], 2 * x[1], 2 * x[2], 2 * x[3];
+    return v;
+  }
+  Pattern hessian_pattern() const override {
+    return {{0, 0}, {1, 0}, {1, 1}, {2, 0}, {2, 1}, {2, 2}, {3, 0}, {3, 1}, {3, 2}, {3, 3}};
+  }
+  Eigen::VectorXd hessian_values(const Eigen::VectorXd& x, double f, const Eigen::VectorXd& mu) const override {
+    Eigen::VectorXd v(10);
+    v << 2 * f * x[3] + 2 * mu[1], f * x[3] + mu[0] * x[2] * x[3], 2 * mu[1], f * x[3] + mu[0] * x[1] * x[3], mu[0] * x[0] * x[3],
+        2 * mu[1], f * (2 * x[0] + x[1] + x[2]) + mu[0] * x[1] * x[2], f * x[0] + mu[0] * x[0] * x[2],
+        f * x[0] + mu[0] * x[0] * x[1], 2 * mu[1];
+    return v;
+  }
+  bool quadratic() const override { return false; }
+};
+
+TEST(Ipopt, SolvesHs071) {
+  const SolveReport report = solve_ipopt(Hs071());
+  ASSERT_EQ(report.status, SolveStatus::converged) << report.solver_status;
+  EXPECT_EQ(report.solver_status, "Solve_Succeeded");
+  EXPECT_NEAR(report.objective, 17.0140173, 1e-6);
+  EXPECT_TRUE(near(report.x.head<4>(), Eigen::Vector4d(1, 4.7429994, 3.8211503, 1.3794082), 1e-5));
+  EXPECT_LT(report.constraint_violation, 1e-7);
+}
+
+TEST(Ipopt, IgnoresAnOptionsFileInTheFolder) {
+  const auto before = std::filesystem::current_path();
+  const auto folder = std::filesystem::temp_directory_path() / "rayrep_ipopt_options";
+  std::filesystem::create_directories(folder);
+  std::filesystem::current_path(folder);
+  std::ofstream("ipopt.opt") << "max_iter 1\n";
+  const SolveReport report = solve_ipopt(Hs071());
+  std::filesystem::current_path(before);
+  std::filesystem::remove_all(folder);
+  EXPECT_EQ(report.status, SolveStatus::converged) << report.solver_status;
+}
+
+TEST(Ipopt, SaysWhenItStopsEarly) {
+  SolveOptions options;
+  options.max_iterations = 2;
+  const SolveReport report = solve_ipopt(Hs071(), options);
+  EXPECT_EQ(report.status, SolveStatus::iteration_limit);
+  EXPECT_EQ(report.solver_status, "Maximum_Iterations_Exceeded");
+}
+
+TEST(Ipopt, StopsWhenCancelled) {
+  Progress progress;
+  int calls = 0;
+  progress.cancelled = [&calls] { return ++calls > 2; };
+  try {
+    solve_ipopt(Hs071(), {}, progress);
+    FAIL() << "was not interrupted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::interrupted);
+  }
+  EXPECT_LE(calls, 5);
+}
+
+TEST(Ipopt, SolvesFromTwoThreadsAtOnce) {
+  SolveReport a;
+  SolveReport b;
+  std::thread first([&a] { a = solve_ipopt(Hs071()); });
+  std::thread second([&b] { b = solve_ipopt(Hs071()); });
+  first.join();
+  second.join();
+  EXPECT_EQ(a.status, SolveStatus::converged);
+  EXPECT_EQ(a.x, b.x);
+}
+
+/// A float problem on the rays of an ellipsoid standing off its axes.
+struct Problem {
+  RayRep domain;
+  Moments shell;
+  double solid_mm3;
+
+  explicit Problem(double spacing, std::uint64_t seed = 8) {
+    const Mesh solid = rotated(uv_ellipsoid(12, 9, 15, 24), random_rotation(seed));
+    const Mesh inner = scaled(solid, 0.85);
+    domain = cast_rays(SurfaceQuery(inner), covering_grid(bounding_box(inner), spacing), Region::solid);
+    shell = mesh_moments(solid) - ray_moments(domain);
+    solid_mm3 = mesh_moments(solid)[M1];
+  }
+};
+
+/// Central differences of f at x along every direction.
+template <typename F>
+Eigen::VectorXd finite_differences(const F& f, Eigen::VectorXd x, double step) {
+  Eigen::VectorXd d(x.size());
+  for (Eigen::Index n = 0; n < x.size(); ++n) {
+    const double x_n = x[n];
+    x[n] = x_n + step;
+    const double above = f(x);
+    x[n] = x_n - step;
+    d[n] = (above - f(x)) / (2 * step);
+    x[n] = x_n;
+  }
+  return d;
+}
+
+TEST(BottomFilledRays, MomentsOfTheFullRaysAreThoseOfTheDomain) {
+  const Problem p(2);
+  const BottomFilledRays interior(p.domain);
+  expect_moments_near(interior.moments(interior.upper_bounds()), ray_moments(p.domain), 1e-14, 15);
+  EXPECT_TRUE(interior.moments(interior.lower_bounds()).isZero());
+}
+
+TEST(BottomFilledRays, DerivativesAreThoseOfTheMoments) {
+  const Problem p(4);
+  const BottomFilledRays interior(p.domain);
+  ASSERT_GT(interior.variables(), 10);
+  const Eigen::VectorXd x = 0.3 * interior.lower_bounds() + 0.7 * interior.upper_bounds();
+  const auto J = interior.jacobian(x);
+  for (Eigen::Index row = 0; row < 10; ++row) {
+    const auto s = [&](const Eigen::VectorXd& z) { return interior.moments(z)[row]; };
+    const Eigen::VectorXd d = finite_differences(s, x, 1e-4);
+    EXPECT_LT((J.row(row).transpose() - d).norm(), 1e-6 * d.norm() + 1e-7) << row;
+  }
+  Moments w;
+  w << 1, -2, 0.5, 3, 0.1, 0.2, -0.3, 0.4, -0.5, 0.6;
+  const auto gradient = [&](const Eigen::VectorXd& z) -> Eigen::VectorXd { return interior.jacobian(z).transpose() * w; };
+  const Eigen::VectorXd h = interior.hessian_diagonal(x, w);
+  for (Eigen::Index n = 0; n < x.size(); ++n) {
+    Eigen::VectorXd above = x;
+    above[n] += 1e-4;
+    Eigen::VectorXd below = x;
+    below[n] -= 1e-4;
+    const Eigen::VectorXd column = (gradient(above) - gradient(below)) / 2e-4;
+    EXPECT_NEAR(h[n], column[n], 1e-6 * std::abs(h[n]) + 1e-8);
+    EXPECT_NEAR(column.cwiseAbs().sum() - std::abs(column[n]), 0, 1e-8) << "a variable acts on another's derivative";
+  }
+}
+
+TEST(FloatGoal, DerivativesAreThoseOfTheValues) {
+  const FloatGoal goal(5000, {0.7, -1.1}, 40);
+  Moments s;
+  s << 4800, 3000, -5000, 9000, 1e4, 2e4, 3e4, 4e3, 5e3, 6e3;
+  const auto f = [&](const Eigen::VectorXd& v) { return goal.objective(v); };
+  EXPECT_LT((goal.gradient(s) - finite_differences(f, s, 1)).norm(), 1e-9);
+  const auto C = goal.constraint_jacobian(s);
+  for (int row = 0; row < goal.constraints(); ++row) {
+    const auto c = [&](const Eigen::VectorXd& v) { return goal.constraint_values(v)[row]; };
+    EXPECT_LT((C.row(row).transpose() - finite_differences(c, s, 1)).norm(), 1e-9);
+  }
+  EXPECT_TRUE(goal.affine());
+  EXPECT_TRUE(goal.hessian(s).isZero());
+  EXPECT_TRUE(goal.constraint_hessian(s, Eigen::Vector3d::Ones()).isZero());
+}
+
+TEST(FloatGoal, ConstraintsHoldExactlyWhenMassAndCentreDo) {
+  const FloatGoal goal(5000, {0.7, -1.1}, 40);
+  Moments s = Moments::Zero();
+  s[M1] = 5000;
+  s[MX] = 0.7 * 5000;
+  s[MY] = -1.1 * 5000;
+  EXPECT_LT(goal.constraint_values(s).norm(), 1e-14);
+  s[MX] += 5000 * 0.04;  // 0.04 mm off, over 40 mm
+  EXPECT_NEAR(goal.constraint_values(s)[1], 1e-3, 1e-12);
+  s[M1] *= 1.01;
+  EXPECT_NEAR(goal.constraint_values(s)[0], 0.01, 1e-12);
+}
+
+TEST(AffineGoalNlp, DerivativesAreThoseOfTheValues) {
+  const Problem p(4);
+  const FloatGoal goal(0.7 * p.solid_mm3, {0.3, -0.2}, 40);
+  const BottomFilledRays interior(p.domain);
+  const AffineGoalNlp nlp(goal, interior, p.shell, 40, 0.4);
+  const Eigen::VectorXd x = nlp.start();
+  EXPECT_LT((nlp.gradient(x) - finite_differences([&](const Eigen::VectorXd& v) { return nlp.objective(v); }, x, 1e-5)).norm(),
+            1e-6 * nlp.gradient(x).norm());
+  const Eigen::VectorXd jacobian = nlp.jacobian_values(x);
+  const auto pattern = nlp.jacobian_pattern();
+  ASSERT_EQ(pattern.size(), static_cast<std::size_t>(jacobian.size()));
+  for (int row = 0; row < 3; ++row) {
+    Eigen::VectorXd stored = Eigen::VectorXd::Zero(x.size());
+    for (std::size_t n = 0; n < pattern.size(); ++n)
+      if (pattern[n].first == row) stored[pattern[n].second] = jacobian[static_cast<Eigen::Index>(n)];
+    const Eigen::VectorXd d = finite_differences([&](const Eigen::VectorXd& v) { return nlp.constraint_values(v)[row]; }, x, 1e-5);
+    EXPECT_LT((stored - d).norm(), 1e-6 * d.norm());
+  }
+  const Eigen::Vector3d mu(0.5, -0.4, 0.3);
+  const auto lagrangian_gradient = [&](const Eigen::VectorXd& v) -> Eigen::VectorXd {
+    Eigen::VectorXd g = 0.7 * nlp.gradient(v);
+    const Eigen::VectorXd J = nlp.jacobian_values(v);
+    for (std::size_t n = 0; n < pattern.size(); ++n) g[pattern[n].second] += mu[pattern[n].first] * J[static_cast<Eigen::Index>(n)];
+    return g;
+  };
+  const Eigen::VectorXd H = nlp.hessian_values(x, 0.7, mu);
+  for (Eigen::Index n = 0; n < x.size(); ++n) {
+    Eigen::VectorXd above = x;
+    above[n] += 1e-5;
+    Eigen::VectorXd below = x;
+    below[n] -= 1e-5;
+    EXPECT_NEAR(H[n], (lagrangian_gradient(above)[n] - lagrangian_gradient(below)[n]) / 2e-5, 1e-6 * std::abs(H[n]));
+  }
+}
+
+class FloatOnRays : public ::testing::TestWithParam<double> {};
+
+TEST_P(FloatOnRays, IpoptReachesTheProvenOptimum) {
+  const Problem p(1.0);
+  const FloatGoal goal(GetParam() * p.solid_mm3, {0.2, -0.1}, 40);
+  const BottomFilledRays interior(p.domain);
+  const AffineGoalNlp nlp(goal, interior, p.shell, 40);
+  const SolveReport report = solve_ipopt(nlp);
+  ASSERT_EQ(report.solver_status, "Solve_Succeeded");
+  const Moments body = nlp.body(report.x);
+  EXPECT_LT(goal.constraint_values(body).cwiseAbs().maxCoeff(), 1e-7);
+
+  const QuadricSolution exact = solve_quadric(goal, p.domain, p.shell);
+  ASSERT_TRUE(exact.converged);
+  EXPECT_LT(goal.constraint_values(exact.moments).cwiseAbs().maxCoeff(), 1e-10);
+  // No interior does better than the dual value, and the quadric attains it.
+  EXPECT_NEAR(exact.objective, exact.lower_bound, 1e-10 * std::abs(exact.lower_bound));
+  EXPECT_GT(goal.objective(body), exact.lower_bound - 1e-8);
+  EXPECT_NEAR(goal.objective(body), exact.objective, 1e-6 * std::abs(exact.objective) + 1e-8);
+
+  // Both describe the same plane, and material is below it: q.phi < 0.
+  const Moments q = nlp.switching(report.x, report.multipliers);
+  EXPECT_GT(q[MZ], 0);
+  EXPECT_TRUE(near(q.head<4>() / q[MZ], exact.q.head<4>() / exact.q[MZ], 1e-4));
+
+  // KKT residual of our own: the reduced gradient vanishes on free ends and has the right sign on the others.
+  const Eigen::VectorXd x = 40 * report.x;
+  const Eigen::VectorXd g = interior.jacobian(x).transpose() * q / q[MZ];
+  const Eigen::VectorXd lo = interior.lower_bounds();
+  const Eigen::VectorXd hi = interior.upper_bounds();
+  const double area = p.domain.grid.cell_area_mm2();
+  for (Eigen::Index n = 0; n < x.size(); ++n) {
+    if (x[n] - lo[n] > 1e-3) {
+      EXPECT_LT(g[n] / area, 2e-3);
+    }
+    if (hi[n] - x[n] > 1e-3) {
+      EXPECT_GT(g[n] / area, -2e-3);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Fill, FloatOnRays, ::testing::Values(0.45, 0.6, 0.75, 0.9));
+
+TEST(Quadric, OfASymmetricBodyIsLevel) {
+  const Mesh solid = box({-10, -10, 0}, {10, 10, 20});
+  RayGrid grid;
+  grid.spacing_mm = 0.5;
+  grid.nx = grid.ny = 36;
+  grid.origin_mm = Eigen::Vector2d::Constant(-9 + 0.25);
+  const RayRep domain = cast_rays(SurfaceQuery(box({-9, -9, 1}, {9, 9, 19})), grid, Region::solid);
+  const Moments shell = mesh_moments(solid) - ray_moments(domain);
+  const double target = shell[M1] + 18 * 18 * 5;  // filled to z = 6
+  const QuadricSolution solution = solve_quadric(FloatGoal(target, {0, 0}, 30), domain, shell);
+  ASSERT_TRUE(solution.converged);
+  EXPECT_NEAR(-solution.q[M1] / solution.q[MZ], 6, 1e-9);
+  EXPECT_NEAR(solution.q[MX] / solution.q[MZ], 0, 1e-10);
+  EXPECT_NEAR(solution.moments[MZ], shell[MZ] + 18 * 18 * (36 - 1) / 2.0, 1e-6);
+}
+
+TEST(Quadric, SaysWhenTheTargetIsOutOfReach) {
+  const Problem p(1.5);
+  EXPECT_FALSE(solve_quadric(FloatGoal(1.1 * p.solid_mm3, {0, 0}, 40), p.domain, p.shell).converged);
+  EXPECT_FALSE(solve_quadric(FloatGoal(0.7 * p.solid_mm3, {6, 0}, 40), p.domain, p.shell).converged);
+  EXPECT_TRUE(solve_quadric(FloatGoal(0.7 * p.solid_mm3, {0.5, 0}, 40), p.domain, p.shell).converged);
+}
+
+TEST(Quadric, RandomTargetsAreReachedOrProvenUnreachable) {
+  // Either the dual converges, or the attainable set ends before the target by a measurable distance.
+  Random random(17);
+  int reached = 0;
+  int missed = 0;
+  for (int n = 0; n < 300; ++n) {
+    const Problem p(2.5, static_cast<std::uint64_t>(n % 10));
+    const double volume = p.shell[M1] + (0.02 + 0.96 * random.uniform()) * (p.solid_mm3 - p.shell[M1]);
+    const Eigen::Vector2d centre(4 * random.uniform() - 2, 4 * random.uniform() - 2);
+    const bool converged = solve_quadric(FloatGoal(volume, centre, 40), p.domain, p.shell).converged;
+    const double offset = smallest_offset_mm(p.domain, p.shell, volume, centre);
+    ++(converged ? reached : missed);
+    EXPECT_EQ(converged, offset < 1e-6) << n << ": " << offset;
+  }
+  EXPECT_GT(reached, 50);
+  EXPECT_GT(missed, 50);
+}
+
+TEST(Waterline, SmallestOffsetOfABoxIsAnalytic) {
+  // Filling a box of length 20 to a fraction f by one side puts the centre at (1 - f) 10 from the middle at most.
+  RayGrid grid;
+  grid.spacing_mm = 0.1;
+  grid.nx = 200;
+  grid.ny = 20;
+  grid.origin_mm = {-10 + 0.05, -1 + 0.05};
+  const RayRep domain = cast_rays(SurfaceQuery(box({-10, -1, 0}, {10, 1, 5})), grid, Region::solid);
+  const double volume = 20 * 2 * 5;
+  for (const double f : {0.3, 0.5, 0.8})
+    EXPECT_NEAR(smallest_offset_mm(domain, Moments::Zero(), f * volume, {12, 0}), 12 - (1 - f) * 10, 1e-6) << f;
+  EXPECT_EQ(smallest_offset_mm(domain, Moments::Zero(), 0.5 * volume, {2, 0}), 0);
+}
+
+}  // namespace
+}  // namespace rayrep

@@ -1,0 +1,242 @@
+// The rayrep command as a user meets it: exit codes, messages, files.
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "rayrep/mesh_io.h"
+#include "rayrep/verify.h"
+#include "solids.h"
+
+namespace rayrep {
+namespace {
+
+using namespace test;
+namespace fs = std::filesystem;
+
+std::string text_of(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// Each test runs in a folder of its own.
+class Tool : public ::testing::Test {
+protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("rayrep_tool_" + std::to_string(getpid()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    write_mesh(folder_ / "egg.stl", uv_ellipsoid(30, 22, 16, 24));
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  struct Run {
+    int code = -1;
+    std::string out;
+    std::string err;
+  };
+
+  Run run(const std::string& arguments) const {
+    const std::string command = "cd '" + folder_.string() + "' && '" RAYREP_TOOL "' " + arguments + " >.out 2>.err";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(folder_ / ".out"), text_of(folder_ / ".err")};
+  }
+
+  /// Files in the folder other than what SetUp and run leave there.
+  std::vector<std::string> new_files() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(folder_)) {
+      const std::string name = entry.path().filename().string();
+      if (name != "egg.stl" && name != ".out" && name != ".err") names.push_back(name);
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Tool, FloatsAndVerifies) {
+  const Run run_float = run("float egg.stl --resolution 60 --report r.json");
+  ASSERT_EQ(run_float.code, 0) << run_float.err;
+  EXPECT_NE(run_float.out.find("VERIFIED: wrote egg_float.stl"), std::string::npos) << run_float.out;
+  EXPECT_EQ(run_float.err, "");
+  EXPECT_EQ(new_files(), (std::vector<std::string>{"egg_float.stl", "r.json"}));
+
+  const auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_EQ(report["command"], "float");
+  EXPECT_TRUE(report["pass"]);
+  for (const char* key : {"input", "options", "before", "after", "criteria", "solver", "timings_s", "peak_memory_mb", "version"})
+    EXPECT_TRUE(report.contains(key)) << key;
+  for (const char* key : {"name", "status", "iterations", "variables", "objective", "seconds"})
+    EXPECT_TRUE(report["solver"].contains(key)) << key;
+  for (const char* key : {"read", "domain", "rays", "solve", "mesh", "verify", "write", "total"})
+    EXPECT_GE(report["timings_s"][key].get<double>(), 0) << key;
+  ASSERT_EQ(report["criteria"].size(), 8u);
+  for (const auto& c : report["criteria"]) EXPECT_TRUE(c["pass"]) << c["name"];
+  EXPECT_GT(report["before"]["mass_g"].get<double>(), report["after"]["mass_g"].get<double>());
+
+  const std::string waterline = std::to_string(report["goal"]["waterline_mm"].get<double>());
+  EXPECT_EQ(run("verify egg_float.stl --original egg.stl --waterline " + waterline).code, 0);
+  EXPECT_EQ(run("verify egg_float.stl").code, 0);
+  const Run solid = run("verify egg.stl --waterline " + waterline);
+  EXPECT_EQ(solid.code, 4);
+  EXPECT_NE(solid.err.find("mass_error"), std::string::npos);
+}
+
+TEST_F(Tool, WritesTheSameBytesForAnyNumberOfThreads) {
+  ASSERT_EQ(run("float egg.stl --resolution 60 --submerged 0.5 --threads 1 -o one.stl").code, 0);
+  ASSERT_EQ(run("float egg.stl --resolution 60 --submerged 0.5 --threads 2 -o two.stl").code, 0);
+  EXPECT_EQ(text_of(folder_ / "one.stl"), text_of(folder_ / "two.stl"));
+}
+
+TEST_F(Tool, WritesEveryFormat) {
+  for (const char* name : {"a.stl", "a.obj", "a.ply", "a.3mf"}) {
+    const Run result = run(std::string("float egg.stl --resolution 40 --submerged 0.5 -q -o ") + name);
+    EXPECT_EQ(result.code, 0) << name << ": " << result.err;
+    EXPECT_EQ(result.out, "");
+    EXPECT_EQ(run(std::string("verify --submerged 0.5 --original egg.stl ") + name).code, 0) << name;
+  }
+}
+
+TEST_F(Tool, UnitsSizeAndUp) {
+  // The same egg in centimetres, lying on its side.
+  write_mesh(
+      folder_ / "cm.obj",
+      scaled(rotated(uv_ellipsoid(30, 22, 16, 24), Eigen::AngleAxisd(-kPi / 2, Eigen::Vector3d::UnitX()).toRotationMatrix()), 0.1));
+  const Run result = run("float cm.obj --unit cm --up y --resolution 60 --submerged 0.5 --report r.json");
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_NEAR(report["input"]["size_mm"][0].get<double>(), 60, 1e-6);
+  EXPECT_NEAR(report["goal"]["waterline_mm"].get<double>(), 16, 1e-6);
+  const Run sized = run("inspect cm.obj --size 120 --json");
+  ASSERT_EQ(sized.code, 0) << sized.err;
+  EXPECT_NEAR(nlohmann::json::parse(sized.out)["input"]["size_mm"][0].get<double>(), 120, 1e-9);
+  EXPECT_EQ(run("float cm.obj --unit cm --up -y --resolution 60 --submerged 0.5 -o down.stl").code, 0);
+}
+
+TEST_F(Tool, InspectTellsMassProperties) {
+  const Run result = run("inspect egg.stl --json --density 2");
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto report = nlohmann::json::parse(result.out);
+  const MassProperties exact = mass_properties(mesh_moments(as_stored("x.stl", uv_ellipsoid(30, 22, 16, 24))), 2);
+  EXPECT_NEAR(report["mass_properties"]["mass_g"].get<double>(), exact.mass_g, 1e-9 * exact.mass_g);
+  for (std::size_t n = 0; n < 3; ++n)
+    EXPECT_NEAR(report["mass_properties"]["principal_moments_g_mm2"][n].get<double>(),
+                exact.principal_moments_g_mm2[static_cast<Eigen::Index>(n)],
+                1e-9 * exact.principal_moments_g_mm2[static_cast<Eigen::Index>(n)]);
+  const Run words = run("inspect egg.stl --material petg");
+  EXPECT_EQ(words.code, 0);
+  for (const char* word : {"volume", "surface area", "mass", "centre of mass", "inertia tensor", "principal moments"})
+    EXPECT_NE(words.out.find(word), std::string::npos) << word;
+}
+
+TEST_F(Tool, UsageErrorsAre2) {
+  for (const char* arguments : {"",
+                                "swim egg.stl",
+                                "float",
+                                "float egg.stl --wall",
+                                "float egg.stl --wall -1",
+                                "float egg.stl --fluid zero",
+                                "float egg.stl --resolution 10",
+                                "float egg.stl --resolution 1001",
+                                "float egg.stl --up 0,0,0",
+                                "float egg.stl --up w",
+                                "float egg.stl --unit furlong",
+                                "float egg.stl --nonsense 3",
+                                "float egg.stl --waterline 5 --submerged 0.5",
+                                "float egg.stl --submerged 1.5",
+                                "float egg.stl --density 1 --material pla",
+                                "float egg.stl --material cheese",
+                                "float egg.stl -o egg.xyz",
+                                "float egg.stl -o egg.stl",
+                                "float egg.stl --threads 0",
+                                "float egg.stl extra.stl",
+                                "float egg.stl --waterline 500"}) {
+    const Run result = run(arguments);
+    EXPECT_EQ(result.code, 2) << arguments << ": " << result.err;
+    EXPECT_EQ(result.err.rfind("rayrep: ", 0), 0u) << result.err;
+    EXPECT_EQ(result.out, "") << arguments;
+    EXPECT_TRUE(new_files().empty()) << arguments;
+  }
+}
+
+TEST_F(Tool, InputErrorsAre3) {
+  Mesh open = uv_ellipsoid(30, 22, 16, 24);
+  open.triangles.pop_back();
+  write_mesh(folder_ / "open.stl", open);
+  std::ofstream(folder_ / "empty.stl");
+  std::ofstream(folder_ / "words.obj") << "these are words\n";
+  for (const char* command : {"float", "inspect", "verify"})
+    for (const char* name : {"missing.stl", "open.stl", "empty.stl", "words.obj", "."}) {
+      const Run result = run(std::string(command) + " " + name);
+      EXPECT_EQ(result.code, 3) << command << " " << name << ": " << result.err;
+      EXPECT_NE(result.err.find(name), std::string::npos) << result.err;
+    }
+  EXPECT_NE(run("inspect open.stl").out.find("open edges"), std::string::npos);
+}
+
+TEST_F(Tool, UnreachableGoalsAre4AndLeaveTheOldFileAlone) {
+  std::ofstream(folder_ / "egg_float.stl") << "old";
+  const Run result = run("float egg.stl --waterline 3 --resolution 60");
+  EXPECT_EQ(result.code, 4);
+  EXPECT_NE(result.err.find("The shell alone weighs"), std::string::npos) << result.err;
+  EXPECT_EQ(text_of(folder_ / "egg_float.stl"), "old");
+  EXPECT_EQ(new_files(), std::vector<std::string>{"egg_float.stl"});
+}
+
+TEST_F(Tool, WriteErrorsAre6) {
+  const Run result = run("float egg.stl --resolution 40 --submerged 0.5 -o no/such/folder/egg.stl");
+  EXPECT_EQ(result.code, 6);
+  EXPECT_NE(result.err.find("no/such/folder"), std::string::npos) << result.err;
+}
+
+TEST_F(Tool, InterruptIs130AndLeavesNothing) {
+  std::ofstream(folder_ / "egg_float.stl") << "old";
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    if (chdir(folder_.c_str()) != 0) _exit(99);
+    execl(RAYREP_TOOL, "rayrep", "float", "egg.stl", "--resolution", "500", "--quiet", static_cast<char*>(nullptr));
+    _exit(98);
+  }
+  usleep(700000);
+  kill(child, SIGINT);
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  EXPECT_EQ(text_of(folder_ / "egg_float.stl"), "old");
+  EXPECT_EQ(new_files(), std::vector<std::string>{"egg_float.stl"});
+}
+
+TEST_F(Tool, HelpFitsAScreen) {
+  for (const char* arguments : {"--help", "float --help", "verify --help", "inspect --help"}) {
+    const Run result = run(arguments);
+    EXPECT_EQ(result.code, 0);
+    EXPECT_EQ(result.err, "");
+    std::istringstream lines(result.out);
+    int count = 0;
+    for (std::string line; std::getline(lines, line); ++count) EXPECT_LE(line.size(), 100u) << line;
+    EXPECT_LE(count, 40) << arguments;
+    EXPECT_GE(count, 8) << arguments;
+  }
+  EXPECT_EQ(run("--version").out.rfind("rayrep ", 0), 0u);
+}
+
+TEST_F(Tool, NamesWithBlanksAndOtherScripts) {
+  fs::copy(folder_ / "egg.stl", folder_ / "mein Ei 蛋.stl");
+  const Run result = run("float 'mein Ei 蛋.stl' --resolution 40 --submerged 0.5");
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_TRUE(fs::exists(folder_ / "mein Ei 蛋_float.stl"));
+}
+
+}  // namespace
+}  // namespace rayrep

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "rayrep/mesh_io.h"
+
+namespace rayrep::tool {
+
+enum class Command { float_upright, verify, inspect, help, version };
+
+/// The command line, parsed and checked as far as that is possible without the mesh.
+struct Options {
+  Command command = Command::help;
+  std::string help_text;  ///< for Command::help
+
+  std::filesystem::path input;
+  LengthUnit unit = LengthUnit::millimetre;
+  std::optional<double> size_mm;  ///< longest side
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  double density_g_cm3 = 1.24;
+
+  double fluid_g_cm3 = 1.0;
+  std::optional<double> waterline_mm;
+  std::optional<double> submerged_fraction;
+  double wall_mm = 1.2;
+  int resolution = 200;
+
+  std::filesystem::path output;    ///< empty: the default name
+  std::filesystem::path original;  ///< verify: the surface that must be unchanged; may be empty
+  std::filesystem::path report;    ///< empty: none
+  bool json = false;
+  bool quiet = false;
+  bool verbose = false;
+  int threads = 0;  ///< 0: all cores
+
+  std::vector<std::pair<std::string, std::string>> in_force;  ///< every option of the command with its value, for the report
+};
+
+/// @throws Error{usage} that says what is wrong and how to get help
+Options parse_command_line(int argc, const char* const* argv);
+
+/// "x", "-z", "0,1,0.5" ... @throws Error{usage}
+Eigen::Vector3d parse_direction(const std::string& text);
+
+}  // namespace rayrep::tool

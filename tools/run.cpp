@@ -1,0 +1,303 @@
+#include "run.h"
+
+#include <sys/resource.h>
+#include <tbb/global_control.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+#include <system_error>
+
+#include "rayrep/rayrep.h"
+#include "summary.h"
+
+namespace rayrep::tool {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds(Clock::duration d) { return std::chrono::duration<double>(d).count(); }
+
+/// Notes how long each stage takes and shows it on a terminal.
+class Stages {
+public:
+  explicit Stages(const Options& options)
+      : verbose_(options.verbose && !options.quiet), live_(!options.quiet && isatty(STDERR_FILENO)) {}
+  ~Stages() { clear_line(); }
+  Stages(const Stages&) = delete;
+  Stages& operator=(const Stages&) = delete;
+
+  void begin(std::string_view name) {
+    end();
+    current_ = name;
+    started_ = Clock::now();
+    if (verbose_)
+      std::cerr << "rayrep: " << current_ << std::endl;
+    else if (live_)
+      std::cerr << "\r\033[K" << current_ << " ..." << std::flush;
+  }
+
+  /// Stages and their seconds in order of first occurrence, then "total".
+  std::vector<std::pair<std::string, double>> finish() {
+    end();
+    current_.clear();
+    clear_line();
+    auto result = spent_;
+    result.emplace_back("total", seconds(Clock::now() - born_));
+    return result;
+  }
+
+private:
+  void end() {
+    if (current_.empty()) return;
+    const double took = seconds(Clock::now() - started_);
+    const auto known = std::find_if(spent_.begin(), spent_.end(), [this](const auto& s) { return s.first == current_; });
+    if (known == spent_.end())
+      spent_.emplace_back(current_, took);
+    else
+      known->second += took;
+  }
+  void clear_line() const {
+    if (live_ && !verbose_) std::cerr << "\r\033[K" << std::flush;
+  }
+
+  bool verbose_;
+  bool live_;
+  std::string current_;
+  Clock::time_point born_ = Clock::now();
+  Clock::time_point started_;
+  std::vector<std::pair<std::string, double>> spent_;
+};
+
+double peak_memory_mb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+/// A hidden file beside the output that becomes the output only when `commit` is called.
+class PendingFile {
+public:
+  explicit PendingFile(const std::filesystem::path& target) : target_(target) {
+    path_ =
+        target.parent_path() / ("." + target.stem().string() + ".rayrep-" + std::to_string(getpid()) + target.extension().string());
+  }
+  ~PendingFile() {
+    std::error_code ignored;
+    if (!committed_) std::filesystem::remove(path_, ignored);
+  }
+  PendingFile(const PendingFile&) = delete;
+  PendingFile& operator=(const PendingFile&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+  void commit() {
+    std::error_code error;
+    std::filesystem::rename(path_, target_, error);
+    if (error) throw Error(ErrorCode::write, "Cannot write '" + target_.string() + "': " + error.message() + ".");
+    committed_ = true;
+  }
+
+private:
+  std::filesystem::path target_;
+  std::filesystem::path path_;
+  bool committed_ = false;
+};
+
+struct ReadMesh {
+  CheckedMesh checked;
+  InputSummary summary;
+};
+
+void scale(Mesh& mesh, double factor) {
+  for (auto& v : mesh.vertices) v *= factor;
+}
+
+ReadMesh read(const std::filesystem::path& path, const Options& options, const CheckOptions& check, const Progress& progress) {
+  progress.begin("read");
+  ReadOptions read_options;
+  read_options.unit = options.unit;
+  MeshFile file = read_mesh(path, read_options);
+  ReadMesh result;
+  if (options.size_mm) {
+    const Eigen::AlignedBox3d box = bounding_box(file.mesh);
+    const double longest = box.isEmpty() ? 0 : box.sizes().maxCoeff();
+    if (longest > 0 && std::isfinite(longest)) {
+      result.summary.scale = *options.size_mm / longest;
+      scale(file.mesh, result.summary.scale);
+    }
+  }
+  progress.begin("check");
+  result.checked = check_mesh(file.mesh, check, progress);
+  result.summary.path = path.string();
+  result.summary.format = file.format;
+  result.summary.mm_per_unit = file.mm_per_unit;
+  result.summary.notes = file.notes;
+  result.summary.check = result.checked.report;
+  const Mesh& mesh = result.checked.mesh;
+  result.summary.vertices = mesh.vertices.size();
+  result.summary.triangles = mesh.triangles.size();
+  const Eigen::AlignedBox3d box = bounding_box(mesh);
+  if (!box.isEmpty()) result.summary.size_mm = box.sizes();
+  return result;
+}
+
+void refuse_unusable(const ReadMesh& mesh) {
+  if (!mesh.checked.report.usable) throw Error(ErrorCode::input, mesh.summary.path + ": " + mesh.checked.report.refusal);
+}
+
+void write_report(const Options& options, const FloatReport& report) {
+  if (!options.report.empty()) write_text_file(options.report, to_json(report));
+}
+
+/// What failed, for the message that goes with exit code 4.
+std::string failures(const FloatVerdict& verdict) {
+  std::string text;
+  for (const Criterion& c : verdict.criteria)
+    if (!c.pass()) text += (text.empty() ? "" : ", ") + c.name;
+  return text;
+}
+
+FloatReport start_report(const Options& options, const ReadMesh& mesh, const char* command) {
+  FloatReport report;
+  report.command = command;
+  report.input = mesh.summary;
+  report.options = options.in_force;
+  report.goal.up = options.up;
+  report.goal.fluid_g_cm3 = options.fluid_g_cm3;
+  report.goal.density_g_cm3 = options.density_g_cm3;
+  report.goal.wall_mm = options.wall_mm;
+  return report;
+}
+
+int run_float(const Options& options, Stages& stages, const Progress& progress) {
+  const ReadMesh input = read(options.input, options, {}, progress);
+  refuse_unusable(input);
+
+  FloatOptions float_options;
+  float_options.hollow.up = options.up;
+  float_options.hollow.wall_mm = options.wall_mm;
+  float_options.hollow.density_g_cm3 = options.density_g_cm3;
+  float_options.hollow.resolution = options.resolution;
+  float_options.hollow.as_stored = [&options](const Mesh& mesh) { return as_stored(options.output, mesh); };
+  float_options.fluid_g_cm3 = options.fluid_g_cm3;
+  float_options.waterline_mm = options.waterline_mm;
+  float_options.submerged_fraction = options.submerged_fraction;
+  FloatReport report = start_report(options, input, "float");
+  report.result = hollow_float(input.checked.mesh, float_options, progress);
+  report.hollowed = true;
+  report.output = options.output.string();
+  report.delivered_triangles = report.result.hollow.delivered.triangles.size();
+  report.goal.waterline_mm = report.result.waterline_mm;
+
+  progress.begin("write");
+  PendingFile pending(options.output);
+  write_mesh(pending.path(), report.result.hollow.delivered);
+  report.result.hollow.delivered = {};
+
+  progress.begin("verify");
+  const Mesh delivered = read_mesh(pending.path()).mesh;
+  report.after = verify_float(delivered, &input.checked.mesh, report.goal, report.limits, progress);
+  report.before = float_state(input.checked.mesh, report.goal, report.limits, true, progress);
+
+  report.timings_s = stages.finish();
+  report.peak_memory_mb = peak_memory_mb();
+  if (!report.after.pass()) {
+    report.output.clear();
+    write_report(options, report);
+    if (!options.quiet) std::cout << summary(report, options.verbose);
+    throw Error(ErrorCode::goal, "The hollowed mesh does not meet the goal (" + failures(report.after) + "); nothing was written.");
+  }
+  pending.commit();
+  write_report(options, report);
+  if (!options.quiet) {
+    std::cout << summary(report, options.verbose);
+    std::cout << "VERIFIED: wrote " << options.output.string() << ", " << report.delivered_triangles << " triangles";
+    std::printf(", in %.2f s\n", report.timings_s.back().second);
+  }
+  return 0;
+}
+
+int run_verify(const Options& options, Stages& stages, const Progress& progress) {
+  const CheckOptions check{.self_intersections = false};
+  const ReadMesh input = read(options.input, options, check, progress);
+  std::optional<ReadMesh> original;
+  if (!options.original.empty()) {
+    original = read(options.original, options, check, progress);
+    refuse_unusable(*original);
+  }
+  FloatReport report = start_report(options, input, "verify");
+  const Mesh& mesh = input.checked.mesh;
+  const Eigen::AlignedBox3d box = bounding_box(transformed(mesh, working_frame(mesh, options.up)));
+  if (options.waterline_mm) {
+    report.goal.waterline_mm = *options.waterline_mm;
+  } else if (options.submerged_fraction) {
+    report.goal.waterline_mm = *options.submerged_fraction * box.sizes().z();
+  } else {
+    refuse_unusable(input);
+    const Mesh standing = transformed(mesh, working_frame(mesh, options.up));
+    const Mesh hull = boundary_of_union(outer_hull(standing), progress);
+    const double displaced_mm3 =
+        mesh_moments(boundary_of_union(standing, progress))[M1] * options.density_g_cm3 / options.fluid_g_cm3;
+    report.goal.waterline_mm = waterline_for_volume(hull, Eigen::Vector3d::UnitZ(), displaced_mm3);
+  }
+  progress.begin("verify");
+  report.after = verify_float(mesh, original ? &original->checked.mesh : nullptr, report.goal, report.limits, progress);
+  report.before = report.after.state;
+  report.timings_s = stages.finish();
+  report.peak_memory_mb = peak_memory_mb();
+  write_report(options, report);
+  if (!options.quiet) std::cout << summary(report, options.verbose);
+  if (!report.after.pass()) throw Error(ErrorCode::goal, "It does not meet the goal (" + failures(report.after) + ").");
+  if (!options.quiet) std::cout << "VERIFIED\n";
+  return 0;
+}
+
+int run_inspect(const Options& options, Stages& stages, const Progress& progress) {
+  const ReadMesh input = read(options.input, options, {}, progress);
+  std::optional<MassProperties> mass;
+  double area_mm2 = 0;
+  if (input.checked.report.usable) {
+    const Mesh boundary = boundary_of_union(input.checked.mesh, progress);
+    mass = mass_properties(mesh_moments(boundary), options.density_g_cm3);
+    for (std::size_t t = 0; t < boundary.triangles.size(); ++t)
+      area_mm2 += 0.5 * (boundary.corner(t, 1) - boundary.corner(t, 0)).cross(boundary.corner(t, 2) - boundary.corner(t, 0)).norm();
+  }
+  stages.finish();
+  if (options.json)
+    std::cout << to_json(input.summary, options.density_g_cm3, area_mm2, mass ? &*mass : nullptr);
+  else if (!options.quiet)
+    std::cout << summary(input.summary, options.density_g_cm3, area_mm2, mass ? &*mass : nullptr);
+  refuse_unusable(input);
+  return 0;
+}
+
+}  // namespace
+
+int run(const Options& options, const std::function<bool()>& cancelled) {
+  std::optional<tbb::global_control> limit;
+  if (options.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(options.threads));
+  Stages stages(options);
+  Progress progress;
+  progress.stage = [&stages](std::string_view name) { stages.begin(name); };
+  progress.cancelled = cancelled;
+  switch (options.command) {
+    case Command::float_upright:
+      return run_float(options, stages, progress);
+    case Command::verify:
+      return run_verify(options, stages, progress);
+    case Command::inspect:
+      return run_inspect(options, stages, progress);
+    case Command::help:
+      std::cout << options.help_text;
+      return 0;
+    case Command::version:
+      std::cout << "rayrep " << version() << "\n";
+      return 0;
+  }
+  return 0;
+}
+
+}  // namespace rayrep::tool
