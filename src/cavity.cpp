@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "predicates.h"
 #include "rayrep/level_set.h"
 
 namespace rayrep {
@@ -90,6 +91,7 @@ Eigen::Vector3d onto_surface(Eigen::Vector3d p, const SurfaceQuery& surface, con
     const double to_wall = closest.triangle < 0 ? -HUGE_VAL : wall_mm - closest.distance_mm;
     const double to_quadric = quadric.signed_distance(p);
     const double worst = std::max(to_wall, to_quadric);
+    if (iteration == 0 && worst < -h) return p;  // where the cavity was closed by hand, neither surface is near
     if (std::abs(worst) < 1e-6 * h) break;
     if (to_wall >= to_quadric) {
       if (closest.distance_mm <= 0) break;
@@ -101,18 +103,63 @@ Eigen::Vector3d onto_surface(Eigen::Vector3d p, const SurfaceQuery& surface, con
   return (p - start).norm() <= 2 * h ? p : start;
 }
 
+/// Triangles that meet another one beyond a shared vertex or edge.
+std::vector<std::size_t> crossing_triangles(const Mesh& mesh) {
+  const auto pairs = SurfaceQuery(mesh).overlapping_boxes();
+  std::vector<char> crosses(pairs.size());
+  tbb::parallel_for(std::size_t{0}, pairs.size(), [&](std::size_t n) {
+    const auto s = static_cast<std::size_t>(pairs[n].first);
+    const auto t = static_cast<std::size_t>(pairs[n].second);
+    const Eigen::Vector3d p[3] = {mesh.corner(s, 0), mesh.corner(s, 1), mesh.corner(s, 2)};
+    const Eigen::Vector3d q[3] = {mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)};
+    crosses[n] = triangles_intersect(p, mesh.triangles[s], q, mesh.triangles[t]);
+  });
+  std::vector<std::size_t> triangles;
+  for (std::size_t n = 0; n < pairs.size(); ++n)
+    if (crosses[n]) {
+      triangles.push_back(static_cast<std::size_t>(pairs[n].first));
+      triangles.push_back(static_cast<std::size_t>(pairs[n].second));
+    }
+  std::sort(triangles.begin(), triangles.end());
+  triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
+  return triangles;
+}
+
+/// Closes the cavity around a point: all samples within a step of it along each axis. Returns how many were inside.
+std::size_t close_around(BlockField& field, const Eigen::Vector3d& p) {
+  const Eigen::Vector3d at = (p - field.origin_mm) / field.spacing_mm;
+  const Eigen::Vector3i low = at.array().floor().cast<int>();
+  const Eigen::Vector3i samples = BlockField::kSide * field.blocks;
+  std::size_t closed = 0;
+  for (int i = std::max(0, low.x()); i <= std::min(low.x() + 1, samples.x() - 1); ++i)
+    for (int j = std::max(0, low.y()); j <= std::min(low.y() + 1, samples.y() - 1); ++j)
+      for (int k = std::max(0, low.z()); k <= std::min(low.z() + 1, samples.z() - 1); ++k)
+        closed += field.raise(i, j, k, static_cast<float>(0.5 * field.spacing_mm));
+  return closed;
+}
+
 double signed_volume(const Mesh& shell) { return mesh_moments(shell)[M1]; }
 
 }  // namespace
 
-CavityMesh mesh_cavity(const BlockField& field, const SurfaceQuery& surface, const Moments& q, const CavityOptions& options) {
+CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Moments& q, const CavityOptions& options) {
+  constexpr int max_rounds = 8;
   const Quadric quadric(q);
-  Mesh all = mesh_zero_set(intersect(field, quadric));
-  tbb::parallel_for(std::size_t{0}, all.vertices.size(), [&](std::size_t n) {
-    all.vertices[n] = onto_surface(all.vertices[n], surface, quadric, options.wall_mm, field.spacing_mm);
-  });
-
   CavityMesh result;
+  Mesh all;
+  for (int round = 0; round < max_rounds; ++round) {
+    all = mesh_zero_set(intersect(field, quadric));
+    const std::vector<Eigen::Vector3d> before = all.vertices;
+    tbb::parallel_for(std::size_t{0}, all.vertices.size(), [&](std::size_t n) {
+      all.vertices[n] = onto_surface(all.vertices[n], surface, quadric, options.wall_mm, field.spacing_mm);
+    });
+    std::size_t closed = 0;
+    for (const std::size_t t : crossing_triangles(all))
+      for (int k = 0; k < 3; ++k) closed += close_around(field, before[static_cast<std::size_t>(all.triangles[t][k])]);
+    if (closed == 0) break;
+    result.closed_samples += closed;
+  }
+
   for (const Mesh& shell : split(all, connected_components(all))) {
     const double volume = signed_volume(shell);
     if (volume <= 0) {

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "rayrep/cavity.h"
 #include "rayrep/error.h"
@@ -37,11 +38,12 @@ void check_options(const HollowOptions& options) {
   require(options.max_passes >= 1, "At least one pass is needed.");
 }
 
-/// The grid on which the cavity is meshed: as fine as the rays, but not finer than a printer sees, nor so coarse that triangles
-/// between vertices cut into the wall, nor so fine for a large body that memory runs out.
+/// The grid on which the cavity is meshed: as fine as the rays, but not finer than a printer sees, nor so coarse that the triangles
+/// between the vertices cut into the wall (a chord of length h takes h^2 / (4 wall)), nor so fine for a large body that memory runs
+/// out.
 double field_spacing(double ray_spacing_mm, double wall_mm, double size_mm) {
-  constexpr double printer_mm = 0.2;
-  return std::clamp(ray_spacing_mm, std::min(printer_mm, size_mm / 100), std::max({0.5 * wall_mm, size_mm / 400, printer_mm}));
+  const double printer_mm = std::min(0.3, size_mm / 100);
+  return std::min(std::max(ray_spacing_mm, printer_mm), std::max(0.25 * wall_mm, size_mm / 1000));
 }
 
 /// What every goal needs: the body in the working frame and its inner domain.
@@ -58,9 +60,9 @@ struct Body {
   InnerDomain inner;
   Moments shell;  ///< solid - inner domain
 
-  Body(Mesh mesh, const HollowOptions& options, const Progress& progress)
+  Body(Mesh mesh, const Eigen::Affine3d& frame, const HollowOptions& options, const Progress& progress)
       : outer(std::move(mesh)),
-        to_working(working_frame(outer, options.up)),
+        to_working(frame),
         working(transformed(outer, to_working)),
         hull(boundary_of_union(outer_hull(working), progress)),
         solid(mesh_moments(boundary_of_union(working, progress))),
@@ -75,6 +77,10 @@ struct Body {
     inner_options.ray_spacing_mm = size_mm / options.resolution;
     inner_options.field_spacing_mm = field_spacing(inner_options.ray_spacing_mm, options.wall_mm, size_mm);
     inner_options.min_component_mm3 = options.min_cavity_mm3;
+    if (inner_options.field_spacing_mm > 0.5 * options.wall_mm)
+      throw Error(ErrorCode::goal, "A wall of " + number(options.wall_mm, 3) + " mm is too thin to be resolved in a body " +
+                                       number(size_mm, 1) + " mm long: choose at least " + number(size_mm / 500, 3) +
+                                       " mm (--wall). If the body is not meant to be that long, set --unit or --size.");
     inner = inner_domain(surface, inner_options, progress);
     if (inner.rays.intervals.empty()) throw Error(ErrorCode::goal, nothing_inside(options, progress));
     shell = solid - ray_moments(inner.rays);
@@ -102,7 +108,7 @@ struct Built {
   Moments body;       ///< exact moments of the delivered body, unit density, working frame
 };
 
-Built build(const Body& body, const Moments& q, const HollowOptions& options) {
+Built build(Body& body, const Moments& q, const HollowOptions& options) {
   CavityOptions cavity_options;
   cavity_options.wall_mm = options.wall_mm;
   cavity_options.min_cavity_mm3 = options.min_cavity_mm3;
@@ -116,8 +122,59 @@ Built build(const Body& body, const Moments& q, const HollowOptions& options) {
   return built;
 }
 
-void throw_if_unsolved(const SolveReport& report) {
-  if (report.status == SolveStatus::converged) return;
+/// Solves and meshes until the mesh itself meets the goal: what the mesh has more than the model is added to the model's constant
+/// part.
+/// @param error      of a body with these moments, to compare with HollowOptions::as_built_tolerance
+/// @param if_failed  called with the report of a solver that did not converge; throws
+template <typename ErrorOf, typename IfFailed>
+Moments solve_as_built(Body& body, const Goal& goal, const Interior& interior, const InteriorNlp::Scale& scale, double fill,
+                       const HollowOptions& options, const ErrorOf& error, const IfFailed& if_failed, HollowResult& hollow,
+                       const Progress& progress) {
+  Moments correction = Moments::Zero();
+  Moments best_correction = correction;
+  double best_error = std::numeric_limits<double>::infinity();
+  for (int pass = 1; pass <= options.max_passes; ++pass) {
+    progress.begin("solve");
+    const InteriorNlp nlp(goal, interior, body.shell + correction, scale, fill);
+    SolveReport solve = solve_ipopt(nlp, options.solve, progress);
+    hollow.solver_iterations += solve.iterations;
+    hollow.passes = pass;
+    if (solve.status != SolveStatus::converged) {
+      // At the edge of what can be met the feedback may ask for too much: keep the best so far.
+      if (std::isfinite(best_error)) break;
+      if_failed(solve);
+    }
+    solve.x = nlp.interior_variables(solve.x);
+    solve.variables = interior.variables();
+    const Moments model = body.shell + correction + interior.moments(solve.x);
+    solve.objective = goal.objective(model);
+    const Moments q = nlp.switching(solve.multipliers);
+
+    progress.begin("mesh");
+    Built built = build(body, q, options);
+    if (const double e = error(built.body); e < best_error) {
+      best_error = e;
+      best_correction = correction;
+      hollow.solve = std::move(solve);
+      hollow.q = q;
+      hollow.delivered = std::move(built.delivered);
+      hollow.cavities = built.cavity.cavities;
+      hollow.filled_cavities = built.cavity.filled;
+      hollow.filled_mm3 = built.cavity.filled_mm3;
+      hollow.removed_islands = built.cavity.removed_islands;
+    }
+    if (best_error <= options.as_built_tolerance) break;
+    correction += built.body - model;
+  }
+  hollow.cast = body.inner.cast;
+  hollow.dropped_components = body.inner.dropped_components;
+  hollow.ray_spacing_mm = body.inner.rays.grid.spacing_mm;
+  hollow.field_spacing_mm = body.inner.field.spacing_mm;
+  hollow.to_working = body.to_working;
+  return best_correction;
+}
+
+[[noreturn]] void throw_unsolved(const SolveReport& report) {
   throw Error(ErrorCode::solver, "The solver stopped before it converged: " + report.solver + " says " + report.solver_status +
                                      " after " + std::to_string(report.iterations) + " iterations with " +
                                      std::to_string(report.variables) + " variables. Try another resolution (--resolution).");
@@ -145,7 +202,9 @@ FloatResult hollow_float(const Mesh& solid, const FloatOptions& options, const P
   require(!(options.waterline_mm && options.submerged_fraction), "Give either a waterline or a submerged fraction, not both.");
 
   progress.begin("domain");
-  const Body body(common.as_stored ? common.as_stored(solid) : solid, common, progress);
+  Mesh outer = common.as_stored ? common.as_stored(solid) : solid;
+  const Eigen::Affine3d frame = working_frame(outer, common.up);
+  Body body(std::move(outer), frame, common, progress);
   const FloatProblem problem{body.hull,      body.inner.rays, body.shell,      options.fluid_g_cm3, common.density_g_cm3,
                              common.wall_mm, body.height_mm,  body.diagonal_mm};
 
@@ -176,38 +235,107 @@ FloatResult hollow_float(const Mesh& solid, const FloatOptions& options, const P
   const Eigen::Vector2d centre = target.water.centre_of_buoyancy_mm.head<2>();
   const FloatGoal goal(material_mm3, centre, body.diagonal_mm);
   const BottomFilledRays interior(body.inner.rays);
-  HollowResult& hollow = result.hollow;
-  Moments correction = Moments::Zero();
-  Built built;
-  for (hollow.passes = 1;; ++hollow.passes) {
-    progress.begin("solve");
-    const AffineGoalNlp nlp(goal, interior, body.shell + correction, body.diagonal_mm);
-    hollow.solve = solve_ipopt(nlp, common.solve, progress);
-    hollow.solver_iterations += hollow.solve.iterations;
-    throw_if_unsolved(hollow.solve);
-    hollow.q = nlp.switching(hollow.solve.x, hollow.solve.multipliers);
-    const Moments model = nlp.body(hollow.solve.x);
-    const double bound = solve_quadric(goal, body.inner.rays, body.shell + correction).lower_bound;
-    hollow.duality_gap = (goal.objective(model) - bound) / std::abs(bound);
+  const auto error = [&](const Moments& s) {
+    const double offset = (s.segment<2>(MX) / s[M1] - centre).norm() / body.diagonal_mm;
+    return std::max(std::abs(s[M1] / material_mm3 - 1), offset);
+  };
+  const Moments correction = solve_as_built(body, goal, interior, {material_mm3, body.diagonal_mm}, 0.5, common, error,
+                                            throw_unsolved, result.hollow, progress);
+  const double bound = solve_quadric(goal, body.inner.rays, body.shell + correction).lower_bound;
+  result.hollow.duality_gap = (result.hollow.solve.objective - bound) / std::abs(bound);
+  return result;
+}
 
-    progress.begin("mesh");
-    built = build(body, hollow.q, common);
-    const double mass_error = std::abs(built.body[M1] / material_mm3 - 1);
-    const double offset = (built.body.segment<2>(MX) / built.body[M1] - centre).norm() / body.diagonal_mm;
-    if (std::max(mass_error, offset) <= common.as_built_tolerance || hollow.passes == common.max_passes) break;
-    correction += built.body - model;
+namespace {
+
+/// Contact point of a top or centre of a yo-yo, in the frame of the mesh that was given.
+Eigen::Vector3d spin_origin(const Mesh& mesh, const SpinOptions& options, const Progress& progress) {
+  const Eigen::Affine3d standing = working_frame(mesh, options.hollow.up);
+  const Mesh upright = transformed(mesh, standing);
+  if (options.yoyo) return options.centre_mm ? *options.centre_mm : Eigen::Vector3d(bounding_box(mesh).center());
+
+  const double diagonal = bounding_box(upright).diagonal().norm();
+  Eigen::Vector3d through = Eigen::Vector3d::Zero();
+  switch (options.axis.through) {
+    case SpinAxis::Through::lowest_point: {
+      // Vertices merge where the lowest place is an edge or a face: its middle.
+      Eigen::AlignedBox3d lowest;
+      for (const auto& v : upright.vertices)
+        if (v.z() <= 1e-6 * diagonal) lowest.extend(v);
+      return standing.inverse() * Eigen::Vector3d(lowest.center().x(), lowest.center().y(), 0);
+    }
+    case SpinAxis::Through::centre_of_mass: {
+      const Moments s = mesh_moments(boundary_of_union(upright, progress));
+      through = s.segment<3>(MX) / s[M1];
+      break;
+    }
+    case SpinAxis::Through::point:
+      if (!options.axis.leaves_below) return options.axis.point_mm;
+      through = standing * options.axis.point_mm;
+      break;
   }
+  std::vector<LineHit> hits;
+  SurfaceQuery(upright).line_hits_brute_force(through.head<2>(), hits);
+  require(!hits.empty(), "The spin axis does not meet the mesh: choose a point of it (--point) below or inside the body.");
+  return standing.inverse() * Eigen::Vector3d(through.x(), through.y(), hits.front().z_mm);
+}
 
-  hollow.delivered = std::move(built.delivered);
-  hollow.cavities = built.cavity.cavities;
-  hollow.filled_cavities = built.cavity.filled;
-  hollow.filled_mm3 = built.cavity.filled_mm3;
-  hollow.removed_islands = built.cavity.removed_islands;
-  hollow.cast = body.inner.cast;
-  hollow.dropped_components = body.inner.dropped_components;
-  hollow.ray_spacing_mm = body.inner.rays.grid.spacing_mm;
-  hollow.field_spacing_mm = body.inner.field.spacing_mm;
-  hollow.to_working = body.to_working;
+/// Why a spin cannot be balanced: the nearest that can be.
+[[noreturn]] void throw_unbalanced(const Body& body, const SpinGoal& goal, const Interior& interior,
+                                   const InteriorNlp::Scale& scale, const SpinOptions& options, const SolveReport& report,
+                                   const Progress& progress) {
+  const NearestGoal nearest(goal);
+  const InteriorNlp nlp(nearest, interior, body.shell, scale, 0.5);
+  SolveOptions solve = options.hollow.solve;
+  solve.tolerance = 1e-7;
+  solve.barrier_target = 1e-8;
+  const SolveReport found = solve_ipopt(nlp, solve, progress);
+  const Moments s = nlp.body(found.x);
+  if (found.status != SolveStatus::converged || nearest.objective(s) < 1e-10) throw_unsolved(report);
+  const double offset = s.segment<2>(MX).norm() / s[M1];
+  const double products = Eigen::Vector2d(s[MXZ], s[MYZ]).norm() / s[M1];
+  throw Error(ErrorCode::goal,
+              "It cannot be balanced about this axis: at the nearest any interior comes, the centre of mass is " +
+                  number(offset, 3) + " mm beside the axis and the products of inertia are " + number(products, 3) +
+                  " mm2 per unit of mass, where both must vanish. Try another axis (--point, --up), a thinner wall "
+                  "(--wall) or a larger body (--size).");
+}
+
+}  // namespace
+
+SpinResult hollow_spin(const Mesh& solid, const SpinOptions& options, const Progress& progress) {
+  HollowOptions common = options.hollow;
+  check_options(common);
+  require(options.weights.lambda >= 0 && options.weights.gamma_c >= 0 && options.weights.gamma_i >= 0 &&
+              std::isfinite(options.weights.lambda + options.weights.gamma_c + options.weights.gamma_i),
+          "The weights of the objective must not be negative.");
+
+  progress.begin("domain");
+  Mesh outer = common.as_stored ? common.as_stored(solid) : solid;
+  SpinResult result;
+  result.contact_mm = spin_origin(outer, options, progress);
+  Eigen::Affine3d frame = working_frame(outer, common.up);
+  frame.translation() = -(frame.linear() * result.contact_mm);
+  Body body(std::move(outer), frame, common, progress);
+
+  const InteriorNlp::Scale scale{body.solid[M1], body.diagonal_mm};
+  const SpinGoal goal(options.weights, options.largest, options.yoyo, scale.volume_mm3, scale.length_mm);
+  const SegmentRays interior(body.inner.rays, options.bounds);
+  // Void rays may lie anywhere on their interval: the optimum is flat, and only the central path leads to one point of it.
+  common.solve.tolerance = std::max(common.solve.tolerance, 1e-6);
+  common.solve.barrier_target = 1e-7;
+  const auto error = [&](const Moments& s) {
+    const double m = s[M1];
+    const double L = scale.length_mm;
+    const double products = Eigen::Vector2d(s[MXZ], s[MYZ]).norm() / (m * L * L);
+    const double offset = (options.yoyo ? s.segment<3>(MX).norm() : s.segment<2>(MX).norm()) / (m * L);
+    return std::max(offset, products);
+  };
+  const auto if_failed = [&](const SolveReport& report) {
+    throw_unbalanced(body, goal, interior, scale, options, report, progress);
+  };
+  solve_as_built(body, goal, interior, scale, options.start_fill, common, error, if_failed, result.hollow, progress);
+  result.objective = result.hollow.solve.objective;
   return result;
 }
 

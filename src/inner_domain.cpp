@@ -184,6 +184,23 @@ public:
     if (inside) inner.back().hi = refine(xy, {previous_z, solid.hi}, solid, previous, wall_, hint);
   }
 
+  /// Of the intervals from `start` on, drops those that are not inside after all (near a ridge of the distance the samples may
+  /// suggest an inside that is none) and joins those that overlap.
+  void tidy(const Eigen::Vector2d& xy, std::vector<Interval>& intervals, std::size_t start) const {
+    const double h = field_.spacing_mm;
+    std::size_t kept = start;
+    for (std::size_t n = start; n < intervals.size(); ++n) {
+      const Interval interval = intervals[n];
+      if (interval.length() <= 0) continue;
+      if (interval.length() < 2 * h && surface_.closest({xy.x(), xy.y(), interval.middle()}, wall_).distance_mm < wall_) continue;
+      if (kept > start && interval.lo <= intervals[kept - 1].hi)
+        intervals[kept - 1].hi = std::max(intervals[kept - 1].hi, interval.hi);
+      else
+        intervals[kept++] = interval;
+    }
+    intervals.resize(kept);
+  }
+
 private:
   /// -1 or +1 when the four columns around (i, j) have marked blocks of one sign at level k, else 0.
   int uniform_mark(int i, int j, int k) const {
@@ -267,9 +284,7 @@ RayRep trim_rays(const SurfaceQuery& surface, const RayRep& solid, const BlockFi
         for (std::uint32_t n = solid.first[ray]; n < solid.first[ray + 1]; ++n) {
           const std::size_t start = intervals.size();
           trimmer.trim(solid.grid.at(ray), solid.intervals[n], intervals);
-          intervals.erase(std::remove_if(intervals.begin() + static_cast<std::ptrdiff_t>(start), intervals.end(),
-                                         [](const Interval& interval) { return interval.length() <= 0; }),
-                          intervals.end());
+          trimmer.tidy(solid.grid.at(ray), intervals, start);
         }
         inner.first[ray + 1] = static_cast<std::uint32_t>(intervals.size() - before);
       }
@@ -327,7 +342,6 @@ void drop_small_components(InnerDomain& domain, double min_mm3) {
 
 InnerDomain inner_domain(const SurfaceQuery& surface, const InnerDomainOptions& options, const Progress& progress) {
   InnerDomain domain;
-  progress.begin("domain");
   sample_field(surface, options, domain.field, domain.cast, progress);
 
   progress.begin("rays");

@@ -32,7 +32,7 @@ std::string plural(std::size_t count, const std::string& one, const std::string&
 std::string at(const Vector3d& p) {
   std::ostringstream text;
   text.precision(6);
-  text << "(" << p.x() + 0.0 << ", " << p.y() + 0.0 << ", " << p.z() + 0.0 << ") mm";
+  text << "(" << p.x() + 0.0 << ", " << p.y() + 0.0 << ", " << p.z() + 0.0 << ")";
   return text.str();
 }
 
@@ -582,8 +582,8 @@ std::string no_volume_refusal(const Mesh& mesh, double volume) {
   std::ostringstream text;
   text.precision(4);
   const Vector3d size = mesh.vertices.empty() ? Vector3d::Zero() : Vector3d(bounding_box(mesh).sizes());
-  text << "The surface encloses no volume (" << volume << " mm^3 in a box of " << size.x() << " x " << size.y() << " x " << size.z()
-       << " mm): it is flat, or its sheets cancel each other. Give the model a thickness, or check that the right object was "
+  text << "The surface encloses no volume (" << volume << " in a box of " << size.x() << " x " << size.y() << " x " << size.z()
+       << "): it is flat, or its sheets cancel each other. Give the model a thickness, or check that the right object was "
           "exported.";
   return text.str();
 }

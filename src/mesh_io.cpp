@@ -14,7 +14,7 @@
 // The readers are our own because those of assimp 5.2.5 are measured to fall short on ../shared/meshes (33 files that are not
 // 3MF): its counts agree, but its vertices are float32, which moves volumes of text files by up to 1e-7 and would break the
 // promise that OBJ and PLY restore every double. Two million triangles take it 1.08 s from OBJ (ours 0.22 s), 0.38 s from
-// PLY (0.20 s), 0.14 s from STL (0.12 s). It also refuses trailing bytes and upper case ASCII STL (FACTS.md 2).
+// PLY (0.20 s), 0.14 s from STL (0.12 s). It also refuses trailing bytes and upper case ASCII STL.
 
 namespace rayrep {
 namespace {

@@ -1,63 +1,224 @@
 #include "rayrep/nlp.h"
 
-#include <cassert>
+#include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace rayrep {
+namespace {
 
-AffineGoalNlp::AffineGoalNlp(const Goal& goal, const Interior& interior, const Moments& constant, double length_mm, double start_at)
+constexpr Eigen::Index kChunk = 64;  // interior variables per link of the chain; an even number keeps z0, z1 together
+
+constexpr int kDegree[10] = {0, 1, 1, 1, 2, 2, 2, 2, 2, 2};
+
+/// True where moment k of a ray is linear in its ends.
+bool linear_moment(int k) { return k == M1 || k == MX || k == MY || k == MXX || k == MYY || k == MXY; }
+
+}  // namespace
+
+InteriorNlp::InteriorNlp(const Goal& goal, const Interior& interior, const Moments& constant, const Scale& scale, double fill)
     : goal_(goal),
       interior_(interior),
       constant_(constant),
-      length_(length_mm),
-      start_at_(start_at),
-      scale_(static_cast<double>(interior.variables())) {
-  assert(goal.affine());
+      length_(scale.length_mm),
+      fill_(fill),
+      n_(static_cast<double>(interior.variables())),
+      pairs_(interior.ordered_pairs()) {
+  for (int k = 0; k < 10; ++k) unit_[k] = scale.volume_mm3 * std::pow(length_, kDegree[k]) / n_;
+  // A moment takes part when a constraint or a curved objective depends on it. Dependence does not change with s.
+  const Moments s = constant_ + interior_.moments(interior_.start(fill));
+  Moments used = goal_.constraint_jacobian(s).cwiseAbs().colwise().sum().transpose();
+  if (!goal_.affine()) used += goal_.hessian(s).cwiseAbs().rowwise().sum() + goal_.gradient(s).cwiseAbs();
+  for (int k = 0; k < 10; ++k)
+    if (used[k] > 0) chained_.push_back(k);
+  chained_are_linear_ = std::all_of(chained_.begin(), chained_.end(), linear_moment);
 }
 
-Eigen::VectorXd AffineGoalNlp::lower_bounds() const { return interior_.lower_bounds() / length_; }
+Eigen::Index InteriorNlp::chunks() const { return (interior_.variables() + kChunk - 1) / kChunk; }
 
-Eigen::VectorXd AffineGoalNlp::upper_bounds() const { return interior_.upper_bounds() / length_; }
+Eigen::Index InteriorNlp::variables() const { return interior_.variables() + chunks() * chained(); }
 
-Eigen::VectorXd AffineGoalNlp::start() const { return (1 - start_at_) * lower_bounds() + start_at_ * upper_bounds(); }
-
-Moments AffineGoalNlp::body(const Eigen::VectorXd& x) const { return constant_ + interior_.moments(length_ * x); }
-
-double AffineGoalNlp::objective(const Eigen::VectorXd& x) const { return scale_ * goal_.objective(body(x)); }
-
-Eigen::VectorXd AffineGoalNlp::gradient(const Eigen::VectorXd& x) const {
-  return (scale_ * length_) * (interior_.jacobian(length_ * x).transpose() * goal_.gradient(constant_));
+Eigen::Index InteriorNlp::constraints() const {
+  return chunks() * chained() + goal_.constraints() + static_cast<Eigen::Index>(pairs_.size());
 }
 
-Eigen::VectorXd AffineGoalNlp::constraint_values(const Eigen::VectorXd& x) const {
-  return scale_ * goal_.constraint_values(body(x));
+Eigen::VectorXd InteriorNlp::lower_bounds() const {
+  Eigen::VectorXd lo = Eigen::VectorXd::Constant(variables(), -std::numeric_limits<double>::infinity());
+  lo.head(interior_.variables()) = interior_.lower_bounds() / length_;
+  return lo;
 }
 
-Nlp::Pattern AffineGoalNlp::jacobian_pattern() const {
+Eigen::VectorXd InteriorNlp::upper_bounds() const {
+  Eigen::VectorXd hi = Eigen::VectorXd::Constant(variables(), std::numeric_limits<double>::infinity());
+  hi.head(interior_.variables()) = interior_.upper_bounds() / length_;
+  return hi;
+}
+
+Eigen::VectorXd InteriorNlp::constraint_upper_bounds() const {
+  Eigen::VectorXd upper = Eigen::VectorXd::Zero(constraints());
+  upper.tail(static_cast<Eigen::Index>(pairs_.size())).setConstant(std::numeric_limits<double>::infinity());
+  return upper;
+}
+
+Eigen::VectorXd InteriorNlp::interior_variables(const Eigen::VectorXd& x) const { return length_ * x.head(interior_.variables()); }
+
+Moments InteriorNlp::body(const Eigen::VectorXd& x) const { return constant_ + interior_.moments(interior_variables(x)); }
+
+/// The goal's argument: the end of the chain where moments are chained, else from the interior.
+Moments InteriorNlp::last_sum(const Eigen::VectorXd& x) const {
+  Moments s = goal_.affine() ? body(x) : constant_;
+  for (Eigen::Index k = 0; k < chained(); ++k) {
+    const int moment = chained_[static_cast<std::size_t>(k)];
+    s[moment] = unit_[moment] * x[x.size() - chained() + k];
+  }
+  return s;
+}
+
+Eigen::VectorXd InteriorNlp::start() const {
+  const Eigen::VectorXd z = interior_.start(fill_);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(variables());
+  x.head(z.size()) = z / length_;
+  // Sums that satisfy the chain at z.
+  const Eigen::VectorXd residual = constraint_values(x);
+  for (Eigen::Index c = 0; c < chunks(); ++c)
+    for (Eigen::Index k = 0; k < chained(); ++k) {
+      const Eigen::Index at = c * chained() + k;
+      x[z.size() + at] = (c > 0 ? x[z.size() + at - chained()] : 0) - residual[at];
+    }
+  return x;
+}
+
+double InteriorNlp::objective(const Eigen::VectorXd& x) const { return n_ * goal_.objective(last_sum(x)); }
+
+Eigen::VectorXd InteriorNlp::gradient(const Eigen::VectorXd& x) const {
+  Eigen::VectorXd g = Eigen::VectorXd::Zero(variables());
+  const Moments by_s = n_ * goal_.gradient(last_sum(x));
+  if (goal_.affine()) {
+    Moments direct = by_s;
+    for (const int moment : chained_) direct[moment] = 0;
+    g.head(interior_.variables()) = length_ * (interior_.jacobian(interior_variables(x)).transpose() * direct);
+  }
+  for (Eigen::Index k = 0; k < chained(); ++k) {
+    const int moment = chained_[static_cast<std::size_t>(k)];
+    g[g.size() - chained() + k] = by_s[moment] * unit_[moment];
+  }
+  return g;
+}
+
+Eigen::VectorXd InteriorNlp::constraint_values(const Eigen::VectorXd& x) const {
+  const Eigen::VectorXd z = interior_variables(x);
+  const Eigen::Matrix<double, 10, Eigen::Dynamic> parts = interior_.contributions(z);
+  Eigen::VectorXd c(constraints());
+  for (Eigen::Index chunk = 0; chunk < chunks(); ++chunk) {
+    const Eigen::Index first = chunk * kChunk;
+    const Eigen::Index count = std::min(kChunk, z.size() - first);
+    const Moments sum = parts.middleCols(first, count).rowwise().sum();
+    for (Eigen::Index k = 0; k < chained(); ++k) {
+      const int moment = chained_[static_cast<std::size_t>(k)];
+      const Eigen::Index at = chunk * chained() + k;
+      const double before = chunk > 0 ? x[z.size() + at - chained()] : constant_[moment] / unit_[moment];
+      c[at] = x[z.size() + at] - before - sum[moment] / unit_[moment];
+    }
+  }
+  c.segment(chunks() * chained(), goal_.constraints()) = n_ * goal_.constraint_values(last_sum(x));
+  Eigen::Index row = chunks() * chained() + goal_.constraints();
+  for (const auto& [i, j] : pairs_) c[row++] = x[j] - x[i];
+  return c;
+}
+
+Nlp::Pattern InteriorNlp::jacobian_pattern() const {
   Pattern pattern;
+  const auto n = static_cast<int>(interior_.variables());
+  const auto m = static_cast<int>(chained());
+  for (int chunk = 0; chunk < static_cast<int>(chunks()); ++chunk)
+    for (int k = 0; k < m; ++k) {
+      const int row = chunk * m + k;
+      pattern.emplace_back(row, n + row);
+      if (chunk > 0) pattern.emplace_back(row, n + row - m);
+      for (int v = chunk * static_cast<int>(kChunk); v < std::min(n, (chunk + 1) * static_cast<int>(kChunk)); ++v)
+        pattern.emplace_back(row, v);
+    }
+  const int goal_row = static_cast<int>(chunks()) * m;
   for (int row = 0; row < goal_.constraints(); ++row)
-    for (int n = 0; n < static_cast<int>(variables()); ++n) pattern.emplace_back(row, n);
+    for (int k = 0; k < m; ++k) pattern.emplace_back(goal_row + row, n + goal_row - m + k);
+  int row = goal_row + goal_.constraints();
+  for (const auto& [i, j] : pairs_) {
+    pattern.emplace_back(row, i);
+    pattern.emplace_back(row++, j);
+  }
   return pattern;
 }
 
-Eigen::VectorXd AffineGoalNlp::jacobian_values(const Eigen::VectorXd& x) const {
-  const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> J =
-      (scale_ * length_) * (goal_.constraint_jacobian(constant_) * interior_.jacobian(length_ * x));
-  return Eigen::Map<const Eigen::VectorXd>(J.data(), J.size());
+Eigen::VectorXd InteriorNlp::jacobian_values(const Eigen::VectorXd& x) const {
+  const Eigen::VectorXd z = interior_variables(x);
+  const Eigen::Matrix<double, 10, Eigen::Dynamic> J = interior_.jacobian(z);
+  std::vector<double> values;
+  for (Eigen::Index chunk = 0; chunk < chunks(); ++chunk)
+    for (const int moment : chained_) {
+      values.push_back(1);
+      if (chunk > 0) values.push_back(-1);
+      for (Eigen::Index v = chunk * kChunk; v < std::min(z.size(), (chunk + 1) * kChunk); ++v)
+        values.push_back(-length_ * J(moment, v) / unit_[moment]);
+    }
+  const Eigen::Matrix<double, Eigen::Dynamic, 10> C = goal_.constraint_jacobian(last_sum(x));
+  for (Eigen::Index row = 0; row < C.rows(); ++row)
+    for (const int moment : chained_) values.push_back(n_ * C(row, moment) * unit_[moment]);
+  for (std::size_t n = 0; n < pairs_.size(); ++n) {
+    values.push_back(-1);
+    values.push_back(1);
+  }
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-Nlp::Pattern AffineGoalNlp::hessian_pattern() const {
+Nlp::Pattern InteriorNlp::hessian_pattern() const {
   Pattern pattern;
-  for (int n = 0; n < static_cast<int>(variables()); ++n) pattern.emplace_back(n, n);
+  for (int v = 0; v < static_cast<int>(interior_.variables()); ++v) pattern.emplace_back(v, v);
+  if (!goal_.affine()) {
+    const auto first = static_cast<int>(variables() - chained());
+    for (int k = 0; k < static_cast<int>(chained()); ++k)
+      for (int l = 0; l <= k; ++l) pattern.emplace_back(first + k, first + l);
+  }
   return pattern;
 }
 
-Eigen::VectorXd AffineGoalNlp::hessian_values(const Eigen::VectorXd& x, double objective_factor, const Eigen::VectorXd& mu) const {
-  const Moments w = objective_factor * goal_.gradient(constant_) + goal_.constraint_jacobian(constant_).transpose() * mu;
-  return (scale_ * length_ * length_) * interior_.hessian_diagonal(length_ * x, w);
+Eigen::VectorXd InteriorNlp::hessian_values(const Eigen::VectorXd& x, double objective_factor, const Eigen::VectorXd& mu) const {
+  const Eigen::VectorXd z = interior_variables(x);
+  const Moments s = last_sum(x);
+  std::vector<double> values;
+  Moments direct = Moments::Zero();
+  if (goal_.affine()) {
+    direct = objective_factor * n_ * goal_.gradient(s);
+    for (const int moment : chained_) direct[moment] = 0;
+  }
+  for (Eigen::Index chunk = 0; chunk < chunks(); ++chunk) {
+    Moments w = direct;
+    for (Eigen::Index k = 0; k < chained(); ++k) {
+      const int moment = chained_[static_cast<std::size_t>(k)];
+      w[moment] -= mu[chunk * chained() + k] / unit_[moment];
+    }
+    const Eigen::Index first = chunk * kChunk;
+    const Eigen::Index count = std::min(kChunk, z.size() - first);
+    const Eigen::VectorXd h = length_ * length_ * interior_.hessian_diagonal(z, w, first, count);
+    values.insert(values.end(), h.data(), h.data() + h.size());
+  }
+  if (!goal_.affine()) {
+    const Eigen::VectorXd goal_mu = mu.segment(chunks() * chained(), goal_.constraints());
+    const Eigen::Matrix<double, 10, 10> H = n_ * (objective_factor * goal_.hessian(s) + goal_.constraint_hessian(s, goal_mu));
+    for (std::size_t k = 0; k < chained_.size(); ++k)
+      for (std::size_t l = 0; l <= k; ++l) values.push_back(H(chained_[k], chained_[l]) * unit_[chained_[k]] * unit_[chained_[l]]);
+  }
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-Moments AffineGoalNlp::switching(const Eigen::VectorXd&, const Eigen::VectorXd& mu) const {
-  return goal_.gradient(constant_) + goal_.constraint_jacobian(constant_).transpose() * mu;
+Moments InteriorNlp::switching(const Eigen::VectorXd& mu) const {
+  // Along the chain all multipliers of a moment agree; take the last, next to the goal.
+  Moments q = Moments::Zero();
+  if (goal_.affine()) q = n_ * goal_.gradient(constant_);
+  for (Eigen::Index k = 0; k < chained(); ++k) {
+    const int moment = chained_[static_cast<std::size_t>(k)];
+    q[moment] = -mu[(chunks() - 1) * chained() + k] / unit_[moment];
+  }
+  return q;
 }
 
 }  // namespace rayrep

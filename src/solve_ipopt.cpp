@@ -33,7 +33,7 @@ public:
     Eigen::Map<Eigen::VectorXd>(x_l, n) = nlp_.lower_bounds();
     Eigen::Map<Eigen::VectorXd>(x_u, n) = nlp_.upper_bounds();
     std::fill(g_l, g_l + m, 0.0);
-    std::fill(g_u, g_u + m, 0.0);
+    Eigen::Map<Eigen::VectorXd>(g_u, m) = nlp_.constraint_upper_bounds().cwiseMin(2e19);  // beyond 1e19 Ipopt reads infinity
     return true;
   }
 
@@ -87,7 +87,8 @@ public:
     report_.x = map(x, n).cwiseMax(nlp_.lower_bounds()).cwiseMin(nlp_.upper_bounds());
     report_.multipliers = map(mu, m);
     report_.objective = objective;
-    report_.constraint_violation = m > 0 ? map(g, m).cwiseAbs().maxCoeff() : 0;
+    const Eigen::VectorXd above = map(g, m) - nlp_.constraint_upper_bounds();
+    report_.constraint_violation = m > 0 ? std::max({0.0, above.maxCoeff(), -map(g, m).minCoeff()}) : 0;
   }
 
 private:
@@ -176,11 +177,14 @@ SolveReport solve_ipopt(const Nlp& nlp, const SolveOptions& options, const Progr
   set->SetStringValue("sb", "yes");
   set->SetNumericValue("tol", options.tolerance);
   set->SetIntegerValue("max_iter", options.max_iterations);
-  set->SetIntegerValue("mumps_pivot_order", 6);  // QAMD: the dense rows ruin the default ordering (FACTS 0.1)
+  set->SetIntegerValue("mumps_pivot_order", 6);  // QAMD: the dense rows ruin the default ordering
   if (nlp.quadratic()) {
     set->SetStringValue("jac_c_constant", "yes");
     set->SetStringValue("hessian_constant", "yes");
+  } else {
+    set->SetStringValue("mu_strategy", "adaptive");  // a third of the iterations of the monotone one on spin problems
   }
+  if (options.barrier_target > 0) set->SetNumericValue("mu_target", options.barrier_target);
   // With "" no options file is read; the default would take ipopt.opt from the current folder.
   if (const auto status = application->Initialize(""); status != Ipopt::Solve_Succeeded)
     throw Error(ErrorCode::internal, "Ipopt could not be started: " + name_of(status) + ".");

@@ -13,7 +13,7 @@
 namespace rayrep {
 namespace {
 
-__extension__ typedef __float128 Quad;  // holds the determinant below without rounding, whatever the doubles
+__extension__ typedef __float128 Quad;  // 113 bits: the determinant below is exact for coordinates of like size
 
 /// Twice the signed area of (u, v, p) in the xy plane: 0 only when it is exactly 0.
 double area2_from(const Eigen::Vector3d& u, const Eigen::Vector3d& v, const Eigen::Vector2d& p) {
@@ -185,7 +185,7 @@ struct SurfaceQuery::Impl {
       for (int k = 0; k < 3; ++k) indices[3 * n + static_cast<std::size_t>(k)] = static_cast<unsigned>(mesh.triangles[n][k]);
     rtcCommitGeometry(geometry);
     scene = rtcNewScene(device.handle);
-    // ROBUST and not HIGH: spatial splits report triangles twice (FACTS 4.3).
+    // ROBUST and not HIGH: spatial splits report triangles twice.
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
     rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
     rtcAttachGeometry(scene, geometry);
@@ -258,6 +258,7 @@ void SurfaceQuery::line_hits_brute_force(const Eigen::Vector2d& xy, std::vector<
 }
 
 std::vector<std::pair<int, int>> SurfaceQuery::overlapping_boxes() const {
+  if (impl_->mesh.triangles.empty()) return {};
   const Device device;
   RTCGeometry geometry = rtcNewGeometry(device.handle, RTC_GEOMETRY_TYPE_USER);
   rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(impl_->mesh.triangles.size()));

@@ -16,6 +16,9 @@ namespace {
 
 constexpr int kScanSteps = 80;
 
+/// Part of the hull that a searched waterline leaves dry: a print a little heavier than planned must not sink.
+constexpr double kReserveBuoyancy = 0.05;
+
 std::string number(double value, int digits) {
   char text[64];
   std::snprintf(text, sizeof text, "%.*f", digits, value);
@@ -117,9 +120,10 @@ WaterlineState at_waterline(const FloatProblem& problem, double waterline_mm) {
 
 std::optional<double> best_waterline(const FloatProblem& problem, const Progress& progress) {
   const std::vector<WaterlineState> states = scan(problem, progress);
-  const auto usable = [&states](std::size_t n) {
-    return n > 0 && n + 1 < states.size() && states[n - 1].attainable && states[n].attainable && states[n + 1].attainable &&
-           states[n].metacentric_height_mm > 0;
+  const double most_mm3 = (1 - kReserveBuoyancy) * mesh_moments(problem.hull)[M1];
+  const auto usable = [&](std::size_t n) {
+    return n > 0 && n + 1 < states.size() && states[n + 1].water.displaced_volume_mm3 <= most_mm3 && states[n - 1].attainable &&
+           states[n].attainable && states[n + 1].attainable && states[n].metacentric_height_mm > 0;
   };
   std::vector<std::size_t> order;
   for (std::size_t n = 0; n < states.size(); ++n)
@@ -157,12 +161,10 @@ std::optional<double> best_waterline(const FloatProblem& problem, const Progress
         at_right = height(right);
       }
     }
-    const double top = 0.5 * (bracket.lo + bracket.hi);
+    const WaterlineState top = at_waterline(problem, 0.5 * (bracket.lo + bracket.hi));
     // At the edge of the range the curve has no top; stay where both neighbours can be met.
-    return usable(n) && height(top) > states[n].metacentric_height_mm && n >= 2 && n + 2 < states.size() && usable(n - 1) &&
-                   usable(n + 1)
-               ? top
-               : states[n].waterline_mm;
+    const bool has_top = usable(n - 1) && usable(n + 1) && top.metacentric_height_mm > states[n].metacentric_height_mm;
+    return has_top && comes_back(problem, top) ? top.waterline_mm : states[n].waterline_mm;
   }
   return std::nullopt;
 }
@@ -223,8 +225,15 @@ std::string explain_unattainable(const FloatProblem& problem, const WaterlineSta
                            number(state.displaced_g, 2) + " g";
   if (available_mm3 < problem.shell[M1]) {
     if (range.length() <= 0) return explain_no_waterline(problem, surface, progress);
-    return "The shell alone weighs " + number(shell_g, 2) + " g, but " + line + ": float it deeper than " + number(range.lo, 2) +
-           " mm (--waterline), or " + lighter(problem, available_mm3, surface, progress) + ".";
+    std::string deeper = number(range.lo, 2) + " mm (--waterline";
+    for (const WaterlineState& other : scan(problem, progress))
+      if (other.attainable && other.metacentric_height_mm > 0) {
+        if (other.waterline_mm > range.lo + 0.05)
+          deeper += "; from about " + number(other.waterline_mm, 2) + " mm on it also balances";
+        break;
+      }
+    return "The shell alone weighs " + number(shell_g, 2) + " g, but " + line + ": float it deeper than " + deeper + "), or " +
+           lighter(problem, available_mm3, surface, progress) + ".";
   }
   if (available_mm3 > solid_moments(problem)[M1])
     return "Even completely solid it weighs only " + number(solid_g, 2) + " g, but " + line + ": float it shallower than " +

@@ -18,7 +18,8 @@ CavityMesh cavity_of(const Mesh& solid, const Moments& q, double h, double min_m
   options.ray_spacing_mm = options.field_spacing_mm = h;
   CavityOptions cavity;
   cavity.min_cavity_mm3 = min_mm3;
-  return mesh_cavity(inner_domain(surface, options).field, surface, q, cavity);
+  BlockField field = inner_domain(surface, options).field;
+  return mesh_cavity(field, surface, q, cavity);
 }
 
 /// Material below the plane z = height + slope x.

@@ -501,7 +501,7 @@ TEST(MeshCheck, RefusesOpenSurfacesAndSaysWhere) {
   EXPECT_EQ(checked.report.open_edges.count, 3u);
   EXPECT_EQ(checked.report.unbalanced_edges.count, 3u);
   EXPECT_TRUE(near(checked.report.open_edges.first_mm, Vector3d(10, 5, 0), 0));
-  EXPECT_TRUE(mentions(checked.report.refusal, "3 edges belong to one triangle only (rims of holes), the first near (10, 5, 0) mm"))
+  EXPECT_TRUE(mentions(checked.report.refusal, "3 edges belong to one triangle only (rims of holes), the first near (10, 5, 0)"))
       << checked.report.refusal;
   EXPECT_TRUE(mentions(checked.report.refusal, "Repair the model"));
 }

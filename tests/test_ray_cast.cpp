@@ -59,7 +59,7 @@ TEST(RayCast, EveryLineThroughEdgesAndVerticesCloses) {
 }
 
 TEST(RayCast, CellCentredGridOnACubeHasNoBadRay) {
-  // DESIGN section 2: 64 of these 1024 rays run along the diagonals and confused odd/even pairing.
+  // 64 of these 1024 rays run along the diagonals and confused odd/even pairing.
   CastReport report;
   const RayRep rays = cast_rays(SurfaceQuery(unit_cube()), square_grid(0, 1, 32), Region::solid, &report);
   EXPECT_EQ(report.rays, 1024u);

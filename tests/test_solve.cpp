@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -29,6 +30,7 @@ public:
   Eigen::Index constraints() const override { return 2; }
   Eigen::VectorXd lower_bounds() const override { return Eigen::Matrix<double, 5, 1>(1, 1, 1, 1, 25); }
   Eigen::VectorXd upper_bounds() const override { return Eigen::Matrix<double, 5, 1>(5, 5, 5, 5, 1e19); }
+  Eigen::VectorXd constraint_upper_bounds() const override { return Eigen::Vector2d::Zero(); }
   Eigen::VectorXd start() const override { return Eigen::Matrix<double, 5, 1>(1, 5, 5, 1, 25); }
   double objective(const Eigen::VectorXd& x) const override { return x[0] * x[3] * (x[0] + x[1] + x[2]) + x[2]; }
   Eigen::VectorXd gradient(const Eigen::VectorXd& x) const override {
@@ -147,11 +149,9 @@ TEST(BottomFilledRays, MomentsOfTheFullRaysAreThoseOfTheDomain) {
   EXPECT_TRUE(interior.moments(interior.lower_bounds()).isZero());
 }
 
-TEST(BottomFilledRays, DerivativesAreThoseOfTheMoments) {
-  const Problem p(4);
-  const BottomFilledRays interior(p.domain);
+/// Jacobian, Hessian and separability of an interior at x, against central differences of its moments.
+void expect_derivatives_of(const Interior& interior, const Eigen::VectorXd& x) {
   ASSERT_GT(interior.variables(), 10);
-  const Eigen::VectorXd x = 0.3 * interior.lower_bounds() + 0.7 * interior.upper_bounds();
   const auto J = interior.jacobian(x);
   for (Eigen::Index row = 0; row < 10; ++row) {
     const auto s = [&](const Eigen::VectorXd& z) { return interior.moments(z)[row]; };
@@ -161,7 +161,8 @@ TEST(BottomFilledRays, DerivativesAreThoseOfTheMoments) {
   Moments w;
   w << 1, -2, 0.5, 3, 0.1, 0.2, -0.3, 0.4, -0.5, 0.6;
   const auto gradient = [&](const Eigen::VectorXd& z) -> Eigen::VectorXd { return interior.jacobian(z).transpose() * w; };
-  const Eigen::VectorXd h = interior.hessian_diagonal(x, w);
+  const Eigen::VectorXd h = interior.hessian_diagonal(x, w, 0, x.size());
+  EXPECT_EQ(interior.hessian_diagonal(x, w, 3, 5), h.segment(3, 5));
   for (Eigen::Index n = 0; n < x.size(); ++n) {
     Eigen::VectorXd above = x;
     above[n] += 1e-4;
@@ -171,6 +172,47 @@ TEST(BottomFilledRays, DerivativesAreThoseOfTheMoments) {
     EXPECT_NEAR(h[n], column[n], 1e-6 * std::abs(h[n]) + 1e-8);
     EXPECT_NEAR(column.cwiseAbs().sum() - std::abs(column[n]), 0, 1e-8) << "a variable acts on another's derivative";
   }
+}
+
+TEST(BottomFilledRays, DerivativesAreThoseOfTheMoments) {
+  const BottomFilledRays interior(Problem(4).domain);
+  expect_derivatives_of(interior, interior.start(0.7));
+}
+
+TEST(SegmentRays, DerivativesAreThoseOfTheMoments) {
+  const SegmentRays interior(Problem(4).domain, SegmentBounds::complete);
+  expect_derivatives_of(interior, interior.start(0.6));
+}
+
+TEST(SegmentRays, StartsAreVoidSolidAndWithinTheBounds) {
+  const Problem p(2);
+  for (const SegmentBounds bounds : {SegmentBounds::paper, SegmentBounds::complete}) {
+    const SegmentRays interior(p.domain, bounds);
+    expect_moments_near(interior.moments(interior.start(1)), ray_moments(p.domain), 1e-13, 15);
+    EXPECT_LT(interior.moments(interior.start(0)).norm(), 1e-9);
+    for (const double fill : {0.0, 0.5, 1.0}) {
+      const Eigen::VectorXd x = interior.start(fill);
+      EXPECT_TRUE((x.array() >= interior.lower_bounds().array() - 1e-12).all());
+      EXPECT_TRUE((x.array() <= interior.upper_bounds().array() + 1e-12).all());
+      for (const auto& [i, j] : interior.ordered_pairs()) EXPECT_LE(x[i], x[j]);
+    }
+  }
+  // The paper's bounds keep z0 <= z1 by themselves; the complete ones need the pairs.
+  EXPECT_TRUE(SegmentRays(p.domain, SegmentBounds::paper).ordered_pairs().empty());
+  EXPECT_EQ(SegmentRays(p.domain, SegmentBounds::complete).ordered_pairs().size(), p.domain.intervals.size());
+}
+
+TEST(SegmentRays, BottomFilledRaysAreASpecialCase) {
+  const Problem p(2);
+  const BottomFilledRays bottom(p.domain);
+  const SegmentRays segments(p.domain, SegmentBounds::complete);
+  const Eigen::VectorXd z1 = bottom.start(0.3);
+  Eigen::VectorXd z(segments.variables());
+  for (Eigen::Index n = 0; n < z1.size(); ++n) {
+    z[2 * n] = bottom.lower_bounds()[n];
+    z[2 * n + 1] = z1[n];
+  }
+  expect_moments_near(segments.moments(z), bottom.moments(z1), 1e-12, 15);
 }
 
 TEST(FloatGoal, DerivativesAreThoseOfTheValues) {
@@ -202,39 +244,122 @@ TEST(FloatGoal, ConstraintsHoldExactlyWhenMassAndCentreDo) {
   EXPECT_NEAR(goal.constraint_values(s)[0], 0.01, 1e-12);
 }
 
-TEST(AffineGoalNlp, DerivativesAreThoseOfTheValues) {
-  const Problem p(4);
-  const FloatGoal goal(0.7 * p.solid_mm3, {0.3, -0.2}, 40);
-  const BottomFilledRays interior(p.domain);
-  const AffineGoalNlp nlp(goal, interior, p.shell, 40, 0.4);
-  const Eigen::VectorXd x = nlp.start();
-  EXPECT_LT((nlp.gradient(x) - finite_differences([&](const Eigen::VectorXd& v) { return nlp.objective(v); }, x, 1e-5)).norm(),
-            1e-6 * nlp.gradient(x).norm());
-  const Eigen::VectorXd jacobian = nlp.jacobian_values(x);
-  const auto pattern = nlp.jacobian_pattern();
-  ASSERT_EQ(pattern.size(), static_cast<std::size_t>(jacobian.size()));
-  for (int row = 0; row < 3; ++row) {
-    Eigen::VectorXd stored = Eigen::VectorXd::Zero(x.size());
-    for (std::size_t n = 0; n < pattern.size(); ++n)
-      if (pattern[n].first == row) stored[pattern[n].second] = jacobian[static_cast<Eigen::Index>(n)];
-    const Eigen::VectorXd d = finite_differences([&](const Eigen::VectorXd& v) { return nlp.constraint_values(v)[row]; }, x, 1e-5);
-    EXPECT_LT((stored - d).norm(), 1e-6 * d.norm());
-  }
-  const Eigen::Vector3d mu(0.5, -0.4, 0.3);
-  const auto lagrangian_gradient = [&](const Eigen::VectorXd& v) -> Eigen::VectorXd {
-    Eigen::VectorXd g = 0.7 * nlp.gradient(v);
-    const Eigen::VectorXd J = nlp.jacobian_values(v);
-    for (std::size_t n = 0; n < pattern.size(); ++n) g[pattern[n].second] += mu[pattern[n].first] * J[static_cast<Eigen::Index>(n)];
-    return g;
+/// Moments of a body that is nothing special.
+Moments some_moments() {
+  Moments s;
+  s << 4800, 300, -500, 90000, 7e5, 8e5, 2.1e6, 4e4, 5e4, -6e4;
+  return s;
+}
+
+TEST(SpinGoal, DerivativesAreThoseOfTheValues) {
+  for (const bool largest : {true, false})
+    for (const bool yoyo : {true, false}) {
+      const SpinGoal goal({.lambda = 0.3, .gamma_c = 0.7, .gamma_i = 1.2}, largest, yoyo, 5000, 40);
+      const Moments s = some_moments();
+      Moments step = s.cwiseAbs() * 1e-5;
+      const auto central = [&](const auto& f, Eigen::Index n) {
+        Moments above = s;
+        Moments below = s;
+        above[n] += step[n];
+        below[n] -= step[n];
+        return ((f(above) - f(below)) / (2 * step[n])).eval();
+      };
+      const Moments gradient = goal.gradient(s);
+      const auto hessian = goal.hessian(s);
+      for (Eigen::Index n = 0; n < 10; ++n) {
+        const auto f = [&](const Moments& t) { return Eigen::Matrix<double, 1, 1>(goal.objective(t)); };
+        const auto g = [&](const Moments& t) { return Moments(goal.gradient(t).cwiseProduct(s.cwiseAbs())); };
+        EXPECT_NEAR(gradient[n] * s[n], central(f, n)[0] * s[n], 1e-7) << n;
+        const Moments column = central(g, n) * s[n];
+        EXPECT_LT((hessian.col(n).cwiseProduct(s.cwiseAbs()) * s[n] - column).norm(), 1e-6) << n;
+      }
+      EXPECT_TRUE(hessian.isApprox(hessian.transpose(), 1e-14));
+      EXPECT_FALSE(goal.affine());
+    }
+}
+
+TEST(SpinGoal, TheInertiaTermIsThatOfTheTensor) {
+  // R = |lateral inertia about the centre of mass|^2 / Izz^2, here from the mass properties of a box whose axis is centred.
+  const Moments s = translated(box_moments({-3, -2, 0}, {3, 2, 5}), {0, 0, 4});
+  const MassProperties body = mass_properties(s, 1);
+  const SpinGoal goal({}, true, false, s[M1], 10);
+  const Eigen::Matrix2d lateral = body.inertia_g_mm2.topLeftCorner<2, 2>();
+  EXPECT_NEAR(goal.inertia_ratio(s), lateral.squaredNorm() / std::pow(body.inertia_g_mm2(2, 2), 2), 1e-12);
+  EXPECT_LT(goal.constraint_values(s).norm(), 1e-12);
+  // Moved off the axis, or turned about a horizontal one, a constraint is violated.
+  EXPECT_GT(std::abs(goal.constraint_values(translated(s, {0.1, 0, 0}))[0]), 1e-3);
+  EXPECT_GT(goal.constraint_values(mesh_moments(rotated(moved(box({-3, -2, 0}, {3, 2, 5}), {0, 0, -2.5}),
+                                                        Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitY()).toRotationMatrix())))
+                .norm(),
+            1e-4);
+}
+
+/// An Nlp's gradient, Jacobian and Hessian at x against central differences.
+void expect_derivatives_of(const Nlp& nlp, const Eigen::VectorXd& x, double tolerance) {
+  const auto dense = [&](const Eigen::VectorXd& values, const Nlp::Pattern& pattern, Eigen::Index rows) {
+    EXPECT_EQ(pattern.size(), static_cast<std::size_t>(values.size()));
+    Eigen::MatrixXd M = Eigen::MatrixXd::Zero(rows, nlp.variables());
+    for (std::size_t n = 0; n < pattern.size(); ++n) M(pattern[n].first, pattern[n].second) += values[static_cast<Eigen::Index>(n)];
+    return M;
   };
-  const Eigen::VectorXd H = nlp.hessian_values(x, 0.7, mu);
+  const auto jacobian = [&](const Eigen::VectorXd& y) {
+    return dense(nlp.jacobian_values(y), nlp.jacobian_pattern(), nlp.constraints());
+  };
+  const Eigen::VectorXd mu = Eigen::VectorXd::LinSpaced(nlp.constraints(), -0.7, 1.1);
+  const double factor = 0.6;
+  const auto lagrangian = [&](const Eigen::VectorXd& y) -> Eigen::VectorXd {
+    return factor * nlp.gradient(y) + jacobian(y).transpose() * mu;
+  };
+  const Eigen::VectorXd g = nlp.gradient(x);
+  const Eigen::MatrixXd J = jacobian(x);
+  const Eigen::MatrixXd lower = dense(nlp.hessian_values(x, factor, mu), nlp.hessian_pattern(), nlp.variables());
+  const Eigen::MatrixXd H = lower + Eigen::MatrixXd(lower.triangularView<Eigen::StrictlyLower>()).transpose();
   for (Eigen::Index n = 0; n < x.size(); ++n) {
+    const double step = 1e-5 * std::max(1.0, std::abs(x[n]));
     Eigen::VectorXd above = x;
-    above[n] += 1e-5;
+    above[n] += step;
     Eigen::VectorXd below = x;
-    below[n] -= 1e-5;
-    EXPECT_NEAR(H[n], (lagrangian_gradient(above)[n] - lagrangian_gradient(below)[n]) / 2e-5, 1e-6 * std::abs(H[n]));
+    below[n] -= step;
+    ASSERT_NEAR(g[n], (nlp.objective(above) - nlp.objective(below)) / (2 * step), tolerance * (1 + std::abs(g[n]))) << n;
+    const Eigen::VectorXd column = (nlp.constraint_values(above) - nlp.constraint_values(below)) / (2 * step);
+    ASSERT_LT((J.col(n) - column).norm(), tolerance * (1 + column.norm())) << n;
+    const Eigen::VectorXd curvature = (lagrangian(above) - lagrangian(below)) / (2 * step);
+    ASSERT_LT((H.col(n) - curvature).norm(), tolerance * (1 + curvature.norm())) << n;
   }
+}
+
+TEST(InteriorNlp, DerivativesAreThoseOfTheValues) {
+  const Problem p(3);
+  const InteriorNlp::Scale scale{p.solid_mm3, 40};
+  const FloatGoal floating(0.7 * p.solid_mm3, {0.3, -0.2}, 40);
+  const BottomFilledRays bottom(p.domain);
+  const InteriorNlp affine(floating, bottom, p.shell, scale, 0.4);
+  EXPECT_TRUE(affine.quadratic());
+  expect_derivatives_of(affine, affine.start(), 1e-6);
+
+  const SpinGoal spinning({.lambda = 0.3, .gamma_c = 0.2}, true, false, p.solid_mm3, 40);
+  for (const SegmentBounds bounds : {SegmentBounds::paper, SegmentBounds::complete}) {
+    const SegmentRays segments(p.domain, bounds);
+    const InteriorNlp curved(spinning, segments, p.shell, scale, 0.6);
+    EXPECT_FALSE(curved.quadratic());
+    expect_derivatives_of(curved, curved.start(), 1e-5);
+  }
+}
+
+TEST(InteriorNlp, ItsStartSatisfiesTheChain) {
+  const Problem p(1.5);
+  const SpinGoal goal({}, true, false, p.solid_mm3, 40);
+  const SegmentRays interior(p.domain, SegmentBounds::complete);
+  const InteriorNlp nlp(goal, interior, p.shell, {p.solid_mm3, 40}, 0.6);
+  const Eigen::VectorXd c = nlp.constraint_values(nlp.start());
+  const Eigen::Index chain = nlp.variables() - interior.variables();
+  EXPECT_LT(c.head(chain).cwiseAbs().maxCoeff(), 1e-9);
+  // The goal sees the same moments through the chain as from the interior.
+  EXPECT_NEAR(nlp.objective(nlp.start()), static_cast<double>(interior.variables()) * goal.objective(nlp.body(nlp.start())), 1e-6);
+  // Every row is sparse.
+  std::vector<int> per_row(static_cast<std::size_t>(nlp.constraints()));
+  for (const auto& [row, column] : nlp.jacobian_pattern()) ++per_row[static_cast<std::size_t>(row)];
+  EXPECT_LT(*std::max_element(per_row.begin(), per_row.end()), 70);
 }
 
 class FloatOnRays : public ::testing::TestWithParam<double> {};
@@ -243,7 +368,7 @@ TEST_P(FloatOnRays, IpoptReachesTheProvenOptimum) {
   const Problem p(1.0);
   const FloatGoal goal(GetParam() * p.solid_mm3, {0.2, -0.1}, 40);
   const BottomFilledRays interior(p.domain);
-  const AffineGoalNlp nlp(goal, interior, p.shell, 40);
+  const InteriorNlp nlp(goal, interior, p.shell, {p.solid_mm3, 40});
   const SolveReport report = solve_ipopt(nlp);
   ASSERT_EQ(report.solver_status, "Solve_Succeeded");
   const Moments body = nlp.body(report.x);
@@ -258,12 +383,12 @@ TEST_P(FloatOnRays, IpoptReachesTheProvenOptimum) {
   EXPECT_NEAR(goal.objective(body), exact.objective, 1e-6 * std::abs(exact.objective) + 1e-8);
 
   // Both describe the same plane, and material is below it: q.phi < 0.
-  const Moments q = nlp.switching(report.x, report.multipliers);
+  const Moments q = nlp.switching(report.multipliers);
   EXPECT_GT(q[MZ], 0);
   EXPECT_TRUE(near(q.head<4>() / q[MZ], exact.q.head<4>() / exact.q[MZ], 1e-4));
 
   // KKT residual of our own: the reduced gradient vanishes on free ends and has the right sign on the others.
-  const Eigen::VectorXd x = 40 * report.x;
+  const Eigen::VectorXd x = nlp.interior_variables(report.x);
   const Eigen::VectorXd g = interior.jacobian(x).transpose() * q / q[MZ];
   const Eigen::VectorXd lo = interior.lower_bounds();
   const Eigen::VectorXd hi = interior.upper_bounds();

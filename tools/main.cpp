@@ -27,7 +27,8 @@ int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);  // a full quota is then an error of the write
   try {
     const rayrep::tool::Options options = rayrep::tool::parse_command_line(argc, argv);
-    return rayrep::tool::run(options, [] { return interrupted.load(); });
+    rayrep::tool::run(options, [] { return interrupted.load(); });
+    return 0;
   } catch (const rayrep::Error& error) {
     std::cerr << "rayrep: " << error.what() << "\n";
     return static_cast<int>(error.code());

@@ -238,11 +238,17 @@ Options parse_command_line(int argc, const char* const* argv) {
                                         : std::filesystem::path(raw.output);
     if (!can_write(options.output))
       usage_error("Cannot tell what to write from the name '" + options.output.string() + "': end it in .stl, .obj, .ply or .3mf.");
-    std::error_code ignored;
-    if (std::filesystem::equivalent(options.output, options.input, ignored))
-      usage_error("The output '" + options.output.string() + "' is the input itself: choose another name with --output.");
   }
   options.original = raw.original;
+  const auto same = [](const std::filesystem::path& a, const std::filesystem::path& b) {
+    std::error_code ignored;
+    return !a.empty() && !b.empty() && (std::filesystem::equivalent(a, b, ignored) || a.lexically_normal() == b.lexically_normal());
+  };
+  if (same(options.output, options.input))
+    usage_error("The output '" + options.output.string() + "' is the input itself: choose another name with --output.");
+  for (const auto& mesh : {options.input, options.original, options.output})
+    if (same(options.report, mesh))
+      usage_error("The report '" + options.report.string() + "' would overwrite a mesh: choose another name with --report.");
 
   const auto note = [&options](const char* name, const std::string& value) { options.in_force.emplace_back(name, value); };
   note("unit", raw.unit);

@@ -93,6 +93,18 @@ public:
 
   const std::filesystem::path& path() const { return path_; }
 
+  /// As write_mesh, but speaks of the file the user named.
+  void write(const Mesh& mesh) const {
+    try {
+      write_mesh(path_, mesh);
+    } catch (const Error& error) {
+      std::string text = error.what();
+      if (const auto at = text.find(path_.string()); at != std::string::npos)
+        text.replace(at, path_.string().size(), target_.string());
+      throw Error(error.code(), text);
+    }
+  }
+
   void commit() {
     std::error_code error;
     std::filesystem::rename(path_, target_, error);
@@ -111,36 +123,35 @@ struct ReadMesh {
   InputSummary summary;
 };
 
-void scale(Mesh& mesh, double factor) {
-  for (auto& v : mesh.vertices) v *= factor;
-}
-
+/// Reads and checks in the file's own numbers, so that places are told in them, then scales to millimetres and to --size.
 ReadMesh read(const std::filesystem::path& path, const Options& options, const CheckOptions& check, const Progress& progress) {
   progress.begin("read");
-  ReadOptions read_options;
-  read_options.unit = options.unit;
-  MeshFile file = read_mesh(path, read_options);
+  const MeshFile file = read_mesh(path);
   ReadMesh result;
-  if (options.size_mm) {
-    const Eigen::AlignedBox3d box = bounding_box(file.mesh);
-    const double longest = box.isEmpty() ? 0 : box.sizes().maxCoeff();
-    if (longest > 0 && std::isfinite(longest)) {
-      result.summary.scale = *options.size_mm / longest;
-      scale(file.mesh, result.summary.scale);
-    }
-  }
+  InputSummary& summary = result.summary;
   progress.begin("check");
   result.checked = check_mesh(file.mesh, check, progress);
-  result.summary.path = path.string();
-  result.summary.format = file.format;
-  result.summary.mm_per_unit = file.mm_per_unit;
-  result.summary.notes = file.notes;
-  result.summary.check = result.checked.report;
-  const Mesh& mesh = result.checked.mesh;
-  result.summary.vertices = mesh.vertices.size();
-  result.summary.triangles = mesh.triangles.size();
+  Mesh& mesh = result.checked.mesh;
+  const bool own_unit = file.format == "3MF";  // already applied by the reader
+  summary.mm_per_unit = own_unit ? file.mm_per_unit : millimetres(options.unit);
+  double factor = own_unit ? 1 : summary.mm_per_unit;
   const Eigen::AlignedBox3d box = bounding_box(mesh);
-  if (!box.isEmpty()) result.summary.size_mm = box.sizes();
+  if (!box.isEmpty()) {
+    const double longest = factor * box.sizes().maxCoeff();
+    if (options.size_mm && longest > 0 && std::isfinite(longest)) {
+      summary.scale = *options.size_mm / longest;
+      factor *= summary.scale;
+    }
+    summary.size_mm = factor * box.sizes();
+  }
+  if (factor != 1)
+    for (auto& v : mesh.vertices) v *= factor;
+  summary.path = path.string();
+  summary.format = file.format;
+  summary.notes = file.notes;
+  summary.check = result.checked.report;
+  summary.vertices = mesh.vertices.size();
+  summary.triangles = mesh.triangles.size();
   return result;
 }
 
@@ -153,7 +164,7 @@ void write_report(const Options& options, const FloatReport& report) {
 }
 
 /// What failed, for the message that goes with exit code 4.
-std::string failures(const FloatVerdict& verdict) {
+std::string failures(const Verdict& verdict) {
   std::string text;
   for (const Criterion& c : verdict.criteria)
     if (!c.pass()) text += (text.empty() ? "" : ", ") + c.name;
@@ -172,9 +183,13 @@ FloatReport start_report(const Options& options, const ReadMesh& mesh, const cha
   return report;
 }
 
-int run_float(const Options& options, Stages& stages, const Progress& progress) {
-  const ReadMesh input = read(options.input, options, {}, progress);
+void run_float(const Options& options, Stages& stages, const Progress& progress) {
+  ReadMesh input = read(options.input, options, {}, progress);
   refuse_unusable(input);
+  const MeshReport& check = input.checked.report;
+  if (const std::size_t bodies = check.components - check.nested_components; bodies > 1 && !check.self_intersections)
+    input.summary.notes.push_back("There are " + std::to_string(bodies) +
+                                  " bodies that do not touch each other. All figures treat them as one rigid body.");
 
   FloatOptions float_options;
   float_options.hollow.up = options.up;
@@ -194,7 +209,7 @@ int run_float(const Options& options, Stages& stages, const Progress& progress) 
 
   progress.begin("write");
   PendingFile pending(options.output);
-  write_mesh(pending.path(), report.result.hollow.delivered);
+  pending.write(report.result.hollow.delivered);
   report.result.hollow.delivered = {};
 
   progress.begin("verify");
@@ -217,10 +232,9 @@ int run_float(const Options& options, Stages& stages, const Progress& progress) 
     std::cout << "VERIFIED: wrote " << options.output.string() << ", " << report.delivered_triangles << " triangles";
     std::printf(", in %.2f s\n", report.timings_s.back().second);
   }
-  return 0;
 }
 
-int run_verify(const Options& options, Stages& stages, const Progress& progress) {
+void run_verify(const Options& options, Stages& stages, const Progress& progress) {
   const CheckOptions check{.self_intersections = false};
   const ReadMesh input = read(options.input, options, check, progress);
   std::optional<ReadMesh> original;
@@ -252,10 +266,9 @@ int run_verify(const Options& options, Stages& stages, const Progress& progress)
   if (!options.quiet) std::cout << summary(report, options.verbose);
   if (!report.after.pass()) throw Error(ErrorCode::goal, "It does not meet the goal (" + failures(report.after) + ").");
   if (!options.quiet) std::cout << "VERIFIED\n";
-  return 0;
 }
 
-int run_inspect(const Options& options, Stages& stages, const Progress& progress) {
+void run_inspect(const Options& options, Stages& stages, const Progress& progress) {
   const ReadMesh input = read(options.input, options, {}, progress);
   std::optional<MassProperties> mass;
   double area_mm2 = 0;
@@ -271,33 +284,50 @@ int run_inspect(const Options& options, Stages& stages, const Progress& progress
   else if (!options.quiet)
     std::cout << summary(input.summary, options.density_g_cm3, area_mm2, mass ? &*mass : nullptr);
   refuse_unusable(input);
-  return 0;
+}
+
+/// Finds out before the work that an output cannot be written.
+void require_folder(const std::filesystem::path& output) {
+  if (output.empty()) return;
+  std::error_code ignored;
+  const std::filesystem::path folder = output.has_parent_path() ? output.parent_path() : ".";
+  if (!std::filesystem::is_directory(folder, ignored))
+    throw Error(ErrorCode::write, "Cannot write '" + output.string() + "': there is no folder '" + folder.string() + "'.");
+  if (std::filesystem::is_directory(output, ignored))
+    throw Error(ErrorCode::write, "Cannot write '" + output.string() + "': it is a folder.");
+  if (access(folder.c_str(), W_OK) != 0)
+    throw Error(ErrorCode::write, "Cannot write '" + output.string() + "': the folder '" + folder.string() + "' is not writable.");
 }
 
 }  // namespace
 
-int run(const Options& options, const std::function<bool()>& cancelled) {
+void run(const Options& options, const std::function<bool()>& cancelled) {
   std::optional<tbb::global_control> limit;
   if (options.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(options.threads));
+  require_folder(options.output);
+  require_folder(options.report);
   Stages stages(options);
   Progress progress;
   progress.stage = [&stages](std::string_view name) { stages.begin(name); };
   progress.cancelled = cancelled;
   switch (options.command) {
     case Command::float_upright:
-      return run_float(options, stages, progress);
+      run_float(options, stages, progress);
+      break;
     case Command::verify:
-      return run_verify(options, stages, progress);
+      run_verify(options, stages, progress);
+      break;
     case Command::inspect:
-      return run_inspect(options, stages, progress);
+      run_inspect(options, stages, progress);
+      break;
     case Command::help:
       std::cout << options.help_text;
-      return 0;
+      break;
     case Command::version:
       std::cout << "rayrep " << version() << "\n";
-      return 0;
+      break;
   }
-  return 0;
+  if (!std::cout.flush()) throw Error(ErrorCode::write, "Cannot write to standard output.");
 }
 
 }  // namespace rayrep::tool

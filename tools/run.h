@@ -5,7 +5,7 @@
 
 namespace rayrep::tool {
 
-/// Runs one command: reads, computes, writes, prints. Returns the exit code; errors are thrown.
-int run(const Options& options, const std::function<bool()>& cancelled);
+/// Runs one command: reads, computes, writes, prints. Whatever does not end well is thrown.
+void run(const Options& options, const std::function<bool()>& cancelled);
 
 }  // namespace rayrep::tool

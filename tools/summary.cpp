@@ -31,7 +31,7 @@ std::string value_text(const Criterion& c, double value) {
 }
 
 std::string input_text(const InputSummary& input) {
-  std::string text = format("%s: %s, %.2f x %.2f x %.2f mm, %zu triangles, %zu component%s\n", input.path.c_str(),
+  std::string text = format("%s: %s, %.4g x %.4g x %.4g mm, %zu triangles, %zu component%s\n", input.path.c_str(),
                             input.format.c_str(), input.size_mm.x(), input.size_mm.y(), input.size_mm.z(), input.triangles,
                             input.check.components, input.check.components == 1 ? "" : "s");
   for (const std::string& note : input.notes) text += "  note: " + note + "\n";
@@ -116,8 +116,7 @@ std::string summary(const InputSummary& input, double density_g_cm3, double area
   std::string text = input_text(input);
   const MeshReport& check = input.check;
   const auto defect = [&text](const char* name, const Defect& d) {
-    if (d)
-      text += format("  %-34s %9zu   first at (%g, %g, %g) mm\n", name, d.count, d.first_mm.x(), d.first_mm.y(), d.first_mm.z());
+    if (d) text += format("  %-34s %9zu   first at (%g, %g, %g)\n", name, d.count, d.first_mm.x(), d.first_mm.y(), d.first_mm.z());
   };
   defect("coordinates that are not numbers", check.not_finite);
   defect("degenerate triangles (dropped)", check.degenerate);
@@ -130,11 +129,11 @@ std::string summary(const InputSummary& input, double density_g_cm3, double area
   if (check.nested_components > 0)
     text += format("  components inside another: %zu, of which cavities: %zu\n", check.nested_components, check.cavities);
   if (!mass) return text;
-  text += format("\n  volume               %14.6f cm3\n", mass->volume_mm3 / 1000);
-  text += format("  surface area         %14.6f cm2\n", area_mm2 / 100);
-  text += format("  mass                 %14.6f g          (density %g g/cm3)\n", mass->mass_g, density_g_cm3);
+  text += format("\n  volume               %14.7g cm3\n", mass->volume_mm3 / 1000);
+  text += format("  surface area         %14.7g cm2\n", area_mm2 / 100);
+  text += format("  mass                 %14.7g g          (density %g g/cm3)\n", mass->mass_g, density_g_cm3);
   const Eigen::Vector3d& c = mass->centre_of_mass_mm;
-  text += format("  centre of mass       %14.6f %14.6f %14.6f mm\n", c.x(), c.y(), c.z());
+  text += format("  centre of mass       %14.7g %14.7g %14.7g mm\n", c.x(), c.y(), c.z());
   text += "  inertia tensor about the centre of mass, g mm2 (off-diagonals: negative products of inertia)\n";
   for (int n = 0; n < 3; ++n)
     text += format("                       %14.6g %14.6g %14.6g\n", mass->inertia_g_mm2(n, 0), mass->inertia_g_mm2(n, 1),

@@ -34,6 +34,8 @@ struct BlockField {
 
   /// Value of sample (i, j, k); +-`far()` in marked blocks and beyond the grid (outside).
   float at(int i, int j, int k) const;
+  /// Sets a sample of the grid to at least `value`; true if that changed its sign. Marked blocks become stored ones as needed.
+  bool raise(int i, int j, int k, float value);
   float far() const { return static_cast<float>(4 * spacing_mm); }
 };
 

@@ -19,15 +19,20 @@ struct CavityMesh {
   std::size_t cavities = 0;
   std::size_t filled = 0;  ///< cavities left out because they were too small
   double filled_mm3 = 0;
+  std::size_t closed_samples = 0;   ///< samples of the field closed because the surface folded there, see below
   std::size_t removed_islands = 0;  ///< specks of material floating in a cavity, left out
   double removed_mm3 = 0;
 };
 
-/// The surface of the cavity { p : distance(p) >= wall and q.phi(p) > 0 } (DESIGN section 5): the zero set of
+/// The surface of the cavity { p : distance(p) >= wall and q.phi(p) > 0 }: the zero set of
 /// max(wall - distance, -q.phi / |grad q.phi|), meshed on the grid of `field` and then moved onto the exact surfaces: vertices
-/// nearer to the offset surface by exact closest points, the others along the gradient of the quadric. theory.md (16).
+/// nearer to the offset surface by exact closest points, the others along the gradient of the quadric. theory.md (16). The wall
+/// holds at the vertices; a triangle between them may cut into it by about spacing^2 / (4 wall), theory.md (16c). Whether the
+/// shells are closed is for verify_float to say.
+/// Where the surface would fold or cross itself (slits thinner than a cell) the cavity is closed: the samples there are set to
+/// outside in `field`, and the mesh is made again, until it is free of self-intersections or nothing is left to close.
 /// @param field  wall - distance, see InnerDomain
 /// @param q      switching function: material is where q.phi < 0
-CavityMesh mesh_cavity(const BlockField& field, const SurfaceQuery& surface, const Moments& q, const CavityOptions& options);
+CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Moments& q, const CavityOptions& options);
 
 }  // namespace rayrep

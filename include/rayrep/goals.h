@@ -54,4 +54,62 @@ private:
   Eigen::Vector2d centre_;
 };
 
+/// Spin stably about the z axis through the origin, the contact point of a top or the centre of a yo-yo. With m = s_1,
+/// I~xx = s_yy + s_zz - s_z^2/m, I~yy = s_xx + s_zz - s_z^2/m, I~xy = -s_xy, Izz = s_xx + s_yy:
+///
+///     minimise   lambda c_z / L + gamma_c (s_z / (V L))^2 + gamma_i R
+///     subject to s_x = s_y = 0, s_xz = s_yz = 0, and for a yo-yo s_z = 0
+///
+/// with R = (I~xx^2 + I~yy^2 + 2 I~xy^2) / Izz^2 when Izz shall be the largest moment, its inverse when the smallest. gamma_c = 0
+/// is the ray-reps paper (Eq. 7-9); lambda = 0 is Spin-It's Eq. 3 (top), and with s_z = 0 its Eq. 5 (yo-yo). theory.md (26).
+class SpinGoal final : public Goal {
+public:
+  struct Weights {
+    double lambda = 0.1;  ///< of the height of the centre of mass, over L
+    double gamma_c = 0;   ///< of its static moment squared, over (V L)^2
+    double gamma_i = 1;   ///< of the inertia term
+  };
+  /// @param volume_mm3 V and @param length_mm L only scale
+  SpinGoal(const Weights& weights, bool largest, bool yoyo, double volume_mm3, double length_mm);
+
+  int constraints() const override { return yoyo_ ? 5 : 4; }
+  bool affine() const override { return false; }
+  double objective(const Moments& s) const override;
+  Moments gradient(const Moments& s) const override;
+  Eigen::Matrix<double, 10, 10> hessian(const Moments& s) const override;
+  Eigen::VectorXd constraint_values(const Moments& s) const override;
+  Eigen::Matrix<double, Eigen::Dynamic, 10> constraint_jacobian(const Moments& s) const override;
+  Eigen::Matrix<double, 10, 10> constraint_hessian(const Moments& s, const Eigen::VectorXd& mu) const override;
+
+  /// R, the inertia term alone.
+  double inertia_ratio(const Moments& s) const;
+
+private:
+  Weights weights_;
+  bool largest_;
+  bool yoyo_;
+  double volume_;
+  double length_;
+};
+
+/// As near to meeting another goal's constraints as can be: minimise |c(s)|^2 without constraints, for a goal whose constraints are
+/// linear in s. Convex. Tells what is attainable when the other goal is not.
+class NearestGoal final : public Goal {
+public:
+  /// Keeps a reference to `other`.
+  explicit NearestGoal(const Goal& other) : other_(other) {}
+
+  int constraints() const override { return 0; }
+  bool affine() const override { return false; }
+  double objective(const Moments& s) const override;
+  Moments gradient(const Moments& s) const override;
+  Eigen::Matrix<double, 10, 10> hessian(const Moments& s) const override;
+  Eigen::VectorXd constraint_values(const Moments& s) const override;
+  Eigen::Matrix<double, Eigen::Dynamic, 10> constraint_jacobian(const Moments& s) const override;
+  Eigen::Matrix<double, 10, 10> constraint_hessian(const Moments& s, const Eigen::VectorXd& mu) const override;
+
+private:
+  const Goal& other_;
+};
+
 }  // namespace rayrep

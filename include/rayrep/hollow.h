@@ -7,10 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "rayrep/goals.h"
 #include "rayrep/hydrostatics.h"
 #include "rayrep/inner_domain.h"
 #include "rayrep/mesh.h"
 #include "rayrep/progress.h"
+#include "rayrep/ray_interior.h"
 #include "rayrep/solve.h"
 
 namespace rayrep {
@@ -23,7 +25,8 @@ struct HollowOptions {
   int resolution = 200;                           ///< rays along the longest side, 20 to 1000
   double min_cavity_mm3 = 4.0;                    ///< a ball of 2 mm; smaller cavities are filled
   /// As-built passes: after each meshing the difference between the mesh's exact moments and the model's is fed back and the
-  /// problem is solved again, until the mesh meets mass and offsets to `as_built_tolerance` (relative to mass and to the diagonal).
+  /// problem is solved again, until the mesh meets mass and offset to `as_built_tolerance` (relative to mass and to the diagonal).
+  /// theory.md (16d). A mesh that misses it after the last pass is delivered all the same: verify_float judges.
   int max_passes = 4;
   double as_built_tolerance = 2e-5;
   SolveOptions solve;
@@ -55,7 +58,7 @@ struct HollowResult {
   SolveReport solve;                ///< of the last pass
   int solver_iterations = 0;        ///< over all passes
   int passes = 0;
-  double duality_gap = 0;  ///< (objective - proven lower bound) / |objective| on these rays, last pass
+  double duality_gap = 0;  ///< (objective - proven lower bound) / |bound| on these rays, last pass; may be -1e-7 (tolerance)
 };
 
 struct FloatResult {
@@ -64,13 +67,50 @@ struct FloatResult {
   bool waterline_searched = false;
 };
 
-/// Computes the inside of a body so that it floats upright (ray-reps paper, Eq. 3-6 and 11; DESIGN sections 2 to 5).
+/// Computes the inside of a body so that it floats upright (ray-reps paper, Eq. 3-6 and 11; theory.md (10)-(17)).
 /// @param solid  closed, oriented, positive volume: see require_solid. Overlapping components count as their union.
 /// @throws Error{usage} for options out of range; Error{goal} with figures and remedies when the wall leaves no inside, the
 ///         waterline cannot be met, or the upright position would not be stable; Error{solver} when the solver stops;
 ///         Error{interrupted}.
 /// A result is not yet a success: that is for verify_float to say.
 FloatResult hollow_float(const Mesh& solid, const FloatOptions& options, const Progress& progress = {});
+
+/// Which line a body shall spin about. Always along `HollowOptions::up`.
+struct SpinAxis {
+  enum class Through {
+    lowest_point,    ///< the lowest point of the mesh: the middle of all points at that height
+    centre_of_mass,  ///< of the solid; contact where the axis leaves the mesh below
+    point            ///< `point_mm`
+  };
+  Through through = Through::lowest_point;
+  /// In the frame of the mesh that was given: the contact point of a top, or any point of the axis with `leaves_below`.
+  Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();
+  bool leaves_below = false;  ///< contact where the axis through `point_mm` leaves the mesh below
+};
+
+struct SpinOptions {
+  HollowOptions hollow;
+  SpinAxis axis;
+  bool yoyo = false;
+  std::optional<Eigen::Vector3d>
+      centre_mm;        ///< yo-yo: wanted centre of mass, in the frame given; none: the middle of the bounding box
+  bool largest = true;  ///< Izz shall be the largest principal moment, else the smallest
+  SpinGoal::Weights weights;
+  SegmentBounds bounds = SegmentBounds::complete;
+  double start_fill = 1;  ///< where the solver starts: 1 all solid, 0 all void
+};
+
+struct SpinResult {
+  HollowResult hollow;
+  Eigen::Vector3d contact_mm = Eigen::Vector3d::Zero();  ///< contact point of a top, centre of a yo-yo; in the frame given
+  double objective = 0;                                  ///< SpinGoal::objective of the solver's body, last pass
+};
+
+/// Computes the inside of a body so that it spins stably about an axis as a top (ray-reps paper, Eq. 7-10; Spin-It, Eq. 3) or as a
+/// yo-yo (Spin-It, Eq. 5). Working frame: the contact point, or the yo-yo's centre, at the origin.
+/// @throws as hollow_float; Error{goal} says how close to the axis the centre of mass can be brought when that is not enough
+/// Whether the axis is the largest or smallest principal one, and at which speeds the spin is stable, is for verify_spin to say.
+SpinResult hollow_spin(const Mesh& solid, const SpinOptions& options, const Progress& progress = {});
 
 /// The rigid motion that turns `up` to +z, puts the lowest point to z = 0 and centres the box in x and y. Exact (entries 0 and
 /// +-1) for directions along the axes.

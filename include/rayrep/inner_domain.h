@@ -30,7 +30,7 @@ struct InnerDomain {
 
 /// Distances come from closest-point queries where the offset surface passes, found by descending from blocks of 8^3 samples with
 /// the fact that distance is 1-Lipschitz: cost grows with the area of the offset surface over the spacing squared. An end of a ray
-/// is bracketed by the samples and refined by secant steps on exact distances. theory.md (11)-(12).
+/// is bracketed by the samples and refined by Newton steps on exact distances. theory.md (11)-(12).
 ///
 /// Only points with winding number exactly one are inside: where components overlap the solid stays, since a cavity shell there
 /// would leave winding number one and be printed solid. A domain with nothing inside is a result (rays.intervals empty), not an

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <utility>
+#include <vector>
 
 #include "rayrep/moments.h"
 
 namespace rayrep {
 
-/// The seam between discretisations and goals (DESIGN section 1). An interior maps its design variables x, each between two bounds,
+/// The seam between discretisations and goals. An interior maps its design variables x, each between two bounds,
 /// to the ten moments of the material it describes, with unit density. Each variable enters on its own:
 ///
 ///     S(x) = constant + sum over i of s_i(x_i),
@@ -20,12 +22,20 @@ public:
   virtual Eigen::VectorXd lower_bounds() const = 0;
   virtual Eigen::VectorXd upper_bounds() const = 0;
 
-  /// S(x), mm^3, mm^4, mm^5.
-  virtual Moments moments(const Eigen::VectorXd& x) const = 0;
+  /// Pairs (i, j) of variables that must keep x_i <= x_j, where the bounds do not see to it. Empty unless overridden.
+  virtual std::vector<std::pair<int, int>> ordered_pairs() const { return {}; }
+  /// Where a solver may start: 0 all void, 1 all solid, in between partly filled; within the bounds and the ordered pairs.
+  virtual Eigen::VectorXd start(double fill) const = 0;
+
+  /// s_i(x_i), one column per variable, 10 x n; mm^3, mm^4, mm^5.
+  virtual Eigen::Matrix<double, 10, Eigen::Dynamic> contributions(const Eigen::VectorXd& x) const = 0;
+  /// S(x) - constant, the sum of the contributions.
+  Moments moments(const Eigen::VectorXd& x) const { return contributions(x).rowwise().sum(); }
   /// dS/dx, 10 x n.
   virtual Eigen::Matrix<double, 10, Eigen::Dynamic> jacobian(const Eigen::VectorXd& x) const = 0;
-  /// Diagonal of the Hessian of w.S(x).
-  virtual Eigen::VectorXd hessian_diagonal(const Eigen::VectorXd& x, const Moments& w) const = 0;
+  /// Diagonal of the Hessian of w.S(x) for the variables first ... first + count - 1.
+  virtual Eigen::VectorXd hessian_diagonal(const Eigen::VectorXd& x, const Moments& w, Eigen::Index first,
+                                           Eigen::Index count) const = 0;
 };
 
 }  // namespace rayrep

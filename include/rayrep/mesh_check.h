@@ -66,8 +66,8 @@ CheckedMesh require_solid(const Mesh& mesh, const std::string& name, const Check
 
 /// The boundary of the region of positive winding number of a closed mesh, as triangles that need not share vertices: those
 /// parts of the mesh's triangles that have winding number 1 on the inner and 0 on the outer side. Surface integrals over it are
-/// exact for the union of overlapping components. A mesh whose components neither cross nor nest with the same orientation comes
-/// back as it is.
+/// exact for the union of overlapping components, theory.md (18). A mesh whose components neither cross nor nest
+/// with the same orientation comes back as it is.
 /// @throws Error{interrupted}
 Mesh boundary_of_union(const Mesh& mesh, const Progress& progress = {});
 

@@ -43,7 +43,7 @@ bool can_write(const std::filesystem::path& path);
 /// Writes to a temporary file in the same folder, then renames: an existing file survives any failure.
 /// STL stores float32; OBJ and 3MF enough digits to restore every double; PLY doubles.
 /// 3MF is one core object in millimetres, cavities as reversed shells of the same mesh, with PrusaSlicer's
-/// `fill_density=100%` as object metadata (FACTS.md 1.4).
+/// `fill_density=100%` as object metadata, which overrides the user's profile there.
 /// @throws Error{write} with the system's reason, or for a mesh without triangles or with a coordinate that is not finite
 /// as stored; Error{usage} for an ending that cannot be written.
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh);

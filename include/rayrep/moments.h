@@ -6,7 +6,7 @@
 
 namespace rayrep {
 
-/// The ten mass moments of a body about the world origin (DESIGN: "one waist"): integrals of
+/// The ten mass moments of a body about the world origin (theory.md (1)): integrals of
 /// phi(p) = (1, x, y, z, xx, yy, zz, xy, yz, xz) over its volume, times a density. With unit density the units are mm^3,
 /// mm^4 and mm^5. Additive over disjoint bodies, negative for a cavity (inward orientation).
 using Moments = Eigen::Matrix<double, 10, 1>;

@@ -9,8 +9,8 @@
 
 namespace rayrep {
 
-/// A sparse nonlinear programme: minimise f(x) subject to c(x) = 0 and lower <= x <= upper. All functions are twice continuously
-/// differentiable and cheap to evaluate again at the same x.
+/// A sparse nonlinear programme: minimise f(x) subject to 0 <= c_i(x) <= constraint_upper_bounds()_i and lower <= x <= upper. All
+/// functions are twice continuously differentiable and cheap to evaluate again at the same x.
 class Nlp {
 public:
   using Pattern = std::vector<std::pair<int, int>>;  ///< (row, column) of each stored entry
@@ -21,6 +21,7 @@ public:
   virtual Eigen::Index constraints() const = 0;
   virtual Eigen::VectorXd lower_bounds() const = 0;
   virtual Eigen::VectorXd upper_bounds() const = 0;
+  virtual Eigen::VectorXd constraint_upper_bounds() const = 0;  ///< 0 for an equation, infinity for an inequality
   virtual Eigen::VectorXd start() const = 0;
 
   virtual double objective(const Eigen::VectorXd& x) const = 0;
@@ -37,20 +38,34 @@ public:
   virtual bool quadratic() const = 0;
 };
 
-/// An affine goal over an interior: f = n goal.objective, c = n goal.constraints of the body's moments constant + S(x), with n
-/// the number of variables, so that the derivatives by one variable are of order 1, and x in units of `length_mm`.
-/// Dense constraint rows, diagonal Hessian.
-class AffineGoalNlp final : public Nlp {
+/// A goal over an interior, sparse although every variable enters every moment. The moments s that the goal needs become variables
+/// themselves, and their sums over the interior's variables are taken along a chain of chunks:
+///
+///     sum_c = sum_{c-1} + contribution of chunk c,   sum_0 = constant,   s = sum_last,
+///
+/// so that no row is dense and factorising costs time proportional to the number of variables. theory.md (25).
+/// Variables: the interior's in units of `length_mm`; then, chunk by chunk, the sums of the moments that take part, over V L^degree
+/// / n (V the volume scale, n the number of interior variables), which makes derivatives of order 1. f is n times the goal's
+/// objective, likewise its constraints. An affine goal keeps its objective on the interior's variables: with affine constraints the
+/// programme is then a convex or concave quadratic one. Constraints: the chain, chunk by chunk; the goal's; x_j - x_i >= 0 for the
+/// interior's ordered pairs.
+class InteriorNlp final : public Nlp {
 public:
+  struct Scale {
+    double volume_mm3 = 1;
+    double length_mm = 1;
+  };
+
   /// Keeps references to `goal` and `interior`.
   /// @param constant  moments of the rest of the body, unit density
-  /// @param start_at  where the solver starts between the bounds: 0 lower, 1 upper
-  AffineGoalNlp(const Goal& goal, const Interior& interior, const Moments& constant, double length_mm, double start_at = 0.5);
+  /// @param fill      where to start, see Interior::start
+  InteriorNlp(const Goal& goal, const Interior& interior, const Moments& constant, const Scale& scale, double fill = 0.5);
 
-  Eigen::Index variables() const override { return interior_.variables(); }
-  Eigen::Index constraints() const override { return goal_.constraints(); }
+  Eigen::Index variables() const override;
+  Eigen::Index constraints() const override;
   Eigen::VectorXd lower_bounds() const override;
   Eigen::VectorXd upper_bounds() const override;
+  Eigen::VectorXd constraint_upper_bounds() const override;
   Eigen::VectorXd start() const override;
   double objective(const Eigen::VectorXd& x) const override;
   Eigen::VectorXd gradient(const Eigen::VectorXd& x) const override;
@@ -59,20 +74,30 @@ public:
   Eigen::VectorXd jacobian_values(const Eigen::VectorXd& x) const override;
   Pattern hessian_pattern() const override;
   Eigen::VectorXd hessian_values(const Eigen::VectorXd& x, double objective_factor, const Eigen::VectorXd& mu) const override;
-  bool quadratic() const override { return true; }
+  bool quadratic() const override { return goal_.affine() && chained_are_linear_; }
 
-  /// Moments of the whole body at x.
+  /// The interior's own variables, mm.
+  Eigen::VectorXd interior_variables(const Eigen::VectorXd& x) const;
+  /// Moments of the whole body from the interior's variables (not from the sums).
   Moments body(const Eigen::VectorXd& x) const;
-  /// q = d(objective)/ds + A^T mu up to a positive factor: at an optimum material is where q.phi < 0 (DESIGN section 4).
-  Moments switching(const Eigen::VectorXd& x, const Eigen::VectorXd& mu) const;
+  /// The switching function at a solution: material is where q.phi < 0 (theory.md (15)), up to a positive factor.
+  Moments switching(const Eigen::VectorXd& mu) const;
 
 private:
+  Eigen::Index chunks() const;
+  Eigen::Index chained() const { return static_cast<Eigen::Index>(chained_.size()); }
+  Moments last_sum(const Eigen::VectorXd& x) const;
+
   const Goal& goal_;
   const Interior& interior_;
   Moments constant_;
   double length_;
-  double start_at_;
-  double scale_;
+  double fill_;
+  double n_;                  ///< number of interior variables
+  Moments unit_;              ///< of each sum
+  std::vector<int> chained_;  ///< which moments take part
+  bool chained_are_linear_;
+  std::vector<std::pair<int, int>> pairs_;
 };
 
 }  // namespace rayrep

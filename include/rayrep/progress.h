@@ -10,7 +10,7 @@ namespace rayrep {
 ///
 /// The library has no clock: a caller that wants timings notes the time whenever `stage` is called.
 struct Progress {
-  /// Called when a stage begins: "read", "domain", "rays", "waterline", "solve", "mesh", "verify", "write".
+  /// Called when a stage begins: "domain", "rays", "waterline", "solve", "mesh"; the command adds its own.
   /// A stage lasts until the next one begins and may come more than once.
   std::function<void(std::string_view name)> stage;
 

@@ -8,7 +8,7 @@
 
 namespace rayrep {
 
-/// The optimum of an affine goal over all interiors on a ray-rep, with its proof (DESIGN section 4).
+/// The optimum of an affine goal over all interiors on a ray-rep, with its proof.
 struct QuadricSolution {
   bool converged = false;             ///< constraints met to 1e-10
   int evaluations = 0;                ///< passes over the rays
@@ -21,9 +21,11 @@ struct QuadricSolution {
 /// Maximises the concave dual g(mu) = min over interiors of [ objective(s) + mu.c(s) ] by Newton's method with line search. The
 /// inner minimum has the closed form z0 = lo, z1 = clamp(root of q.phi along the ray), q = grad objective + (dc/ds)^T mu: the rays
 /// are eliminated and the unknowns are the multipliers mu. Each evaluation is one pass over the rays. theory.md (15).
-/// @param goal      affine, with a positive derivative by s_z and none by second moments (float and stand)
+/// @param goal      affine, with a positive derivative by s_z and none by second moments (float and stand); its first constraint
+///                  fixes the mass
 /// @param domain    inner domain
 /// @param constant  moments of the rest of the body
+/// Constraints that cannot be met are a result: `converged` is false after 200 evaluations. The bound holds all the same.
 QuadricSolution solve_quadric(const Goal& goal, const RayRep& domain, const Moments& constant);
 
 }  // namespace rayrep

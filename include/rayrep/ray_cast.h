@@ -22,8 +22,8 @@ struct CastReport {
   Eigen::Vector2d first_bad_mm = Eigen::Vector2d::Zero();
 };
 
-/// Ray-rep of a closed mesh: per ray the intervals of the asked region, found from signed crossings (never by odd/even
-/// pairing); hits within 1e-9 of the mesh's diagonal of each other coincide. The winding number along a ray must stay >= 0 and end
+/// Ray-rep of a closed mesh: per ray the intervals of the asked region, found from signed crossings (theory.md (10), never by odd
+/// and even); hits within 1e-9 of the mesh's diagonal of each other coincide. The winding number along a ray must stay >= 0 and end
 /// at 0; a ray where it does not is cast again against every triangle, and counted as bad if that does not close either.
 /// @throws Error{interrupted}
 RayRep cast_rays(const SurfaceQuery& surface, const RayGrid& grid, Region region, CastReport* report = nullptr,

@@ -17,12 +17,45 @@ public:
   Eigen::Index variables() const override;
   Eigen::VectorXd lower_bounds() const override;
   Eigen::VectorXd upper_bounds() const override;
-  Moments moments(const Eigen::VectorXd& z1) const override;
+  Eigen::VectorXd start(double fill) const override;
+  Eigen::Matrix<double, 10, Eigen::Dynamic> contributions(const Eigen::VectorXd& z1) const override;
   Eigen::Matrix<double, 10, Eigen::Dynamic> jacobian(const Eigen::VectorXd& z1) const override;
-  Eigen::VectorXd hessian_diagonal(const Eigen::VectorXd& z1, const Moments& w) const override;
+  Eigen::VectorXd hessian_diagonal(const Eigen::VectorXd& z1, const Moments& w, Eigen::Index first,
+                                   Eigen::Index count) const override;
 
 private:
   RayRep domain_;
+  std::vector<Eigen::Vector2d> xy_;  ///< of each interval
+};
+
+/// Which segments the spin and yo-yo problems may choose on a ray's interval [zmin, zmax].
+enum class SegmentBounds {
+  /// Ray-reps paper, Eq. 13-14: zmin <= z0 <= mid <= z1 <= zmax with mid the interval's middle. Excludes segments off the middle.
+  paper,
+  /// zmin <= z0 <= z1 <= zmax: every single segment, and none.
+  complete
+};
+
+/// Interior of the spin and yo-yo problems on rays (ray-reps paper, Eq. 2): two variables per interval of the inner domain, in the
+/// order z0, z1 of each; material between them, void below z0 and above z1. Moments as in (13) with z0 in place of zmin.
+class SegmentRays final : public Interior {
+public:
+  SegmentRays(RayRep domain, SegmentBounds bounds);
+
+  const RayRep& domain() const { return domain_; }
+  Eigen::Index variables() const override;
+  Eigen::VectorXd lower_bounds() const override;
+  Eigen::VectorXd upper_bounds() const override;
+  std::vector<std::pair<int, int>> ordered_pairs() const override;
+  Eigen::VectorXd start(double fill) const override;
+  Eigen::Matrix<double, 10, Eigen::Dynamic> contributions(const Eigen::VectorXd& z) const override;
+  Eigen::Matrix<double, 10, Eigen::Dynamic> jacobian(const Eigen::VectorXd& z) const override;
+  Eigen::VectorXd hessian_diagonal(const Eigen::VectorXd& z, const Moments& w, Eigen::Index first,
+                                   Eigen::Index count) const override;
+
+private:
+  RayRep domain_;
+  SegmentBounds bounds_;
   std::vector<Eigen::Vector2d> xy_;  ///< of each interval
 };
 

@@ -11,6 +11,7 @@ struct Interval {
   double lo = 0;
   double hi = 0;
   double length() const { return hi - lo; }
+  double middle() const { return 0.5 * (lo + hi); }
 };
 
 /// A regular grid of rays along +z: ray (i, j) runs through (origin.x + i spacing, origin.y + j spacing), 0 <= i < nx, 0 <= j < ny.

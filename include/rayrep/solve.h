@@ -21,6 +21,9 @@ struct SolveOptions {
   /// Scaled KKT error at which to stop. Smaller costs an iteration per decade.
   double tolerance = 1e-9;
   int max_iterations = 500;
+  /// Where the barrier parameter stops. 0 goes to the optimum itself. A small positive value stays on the central path, which is
+  /// what programmes with flat optima need to converge at all; the objective is then off by about this times the number of bounds.
+  double barrier_target = 0;
 };
 
 struct SolveReport {
@@ -29,7 +32,7 @@ struct SolveReport {
   std::string solver_status;  ///< in the solver's own words, e.g. "Solve_Succeeded"
   int iterations = 0;
   Eigen::Index variables = 0;
-  double objective = 0;             ///< of the Nlp
+  double objective = 0;             ///< of the Nlp, which may be scaled: see nlp.h
   double constraint_violation = 0;  ///< largest |c_i| of the Nlp
   Eigen::VectorXd x;
   Eigen::VectorXd multipliers;  ///< of the constraints: gradient(f) + J^T mu + bound multipliers = 0

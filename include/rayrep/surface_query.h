@@ -43,7 +43,7 @@ public:
 
   /// All crossings of the line x, y = const with the mesh, ascending in z, entering ones first where they coincide. Embree proposes
   /// triangles; whether the line passes through a proposed one, its depth and its sign are decided in double with the half-open
-  /// rule of theory.md (10), by which a closed mesh is crossed an even number of times even through shared edges and vertices.
+  /// rule of theory.md (10), by which a closed mesh is crossed as often up as down even through shared edges and vertices.
   /// Embree may fail to propose a triangle whose edge the line meets: the answer may then not be closed. The caller checks, see
   /// RayCaster.
   void line_hits(const Eigen::Vector2d& xy, std::vector<LineHit>& hits) const;

@@ -9,6 +9,8 @@
 #include "rayrep/mesh.h"
 #include "rayrep/moments.h"
 #include "rayrep/progress.h"
+#include "rayrep/spin.h"
+#include "rayrep/support_polygon.h"
 
 namespace rayrep {
 
@@ -51,8 +53,8 @@ struct FloatLimits {
   double settled_tilt_rad = 0.017453292519943295;  ///< 1 degree
 };
 
-struct FloatVerdict {
-  FloatState state;
+/// What a delivered mesh is found to be, whatever the goal.
+struct Verdict {
   std::size_t bad_edges = 0;      ///< edges not run equally often both ways
   std::size_t cavities = 0;       ///< cavity shells
   std::size_t solid_islands = 0;  ///< solid components floating free inside a cavity
@@ -64,17 +66,20 @@ struct FloatVerdict {
   bool pass() const;  ///< every criterion passes
 };
 
+struct FloatVerdict : Verdict {
+  FloatState state;
+};
+
 /// Judges a delivered mesh from its triangles alone: closed and consistently oriented, outer surface unchanged, no solid island,
 /// wall, mass against displaced mass, offset, metacentric height, and where it settles after releases tilted in several
 /// directions. Shares no code with ray-reps or solvers.
 ///
 /// Criteria, in this order, with the limits of FloatLimits where they are not named here:
 ///   closed              edges not run equally often both ways, and edges of shells that face inward but lie in nothing: 0
-///   outer_unchanged     mm, only with an original: triangles are compared as float32, in any order and orientation; the limit is
-///   the
+///   outer_unchanged     mm, only with an original: triangles are compared as float32, in any order and orientation; at most the
 ///                       float32 rounding of the largest coordinate
 ///   no_islands          0
-///   wall                only with a cavity and goal.wall_mm > 0: smallest wall over goal.wall_mm
+///   wall                only with a cavity and goal.wall_mm > 0: smallest wall over goal.wall_mm, at the cavities' vertices
 ///   mass_error          relative to the displaced mass
 ///   offset              over the diagonal
 ///   metacentric_height  mm, at least 1e-4 of the diagonal: below that floating_rest takes a body for neutral
@@ -85,13 +90,96 @@ struct FloatVerdict {
 /// of the region of positive winding number; of a mesh that is not closed, of its triangles as they are.
 /// @param original  the surface the user gave (checked); none: "outer surface unchanged" is not judged
 /// @throws Error{interrupted}; Error{usage} for a goal that makes no sense; Error{input} when the mesh has no volume. A mesh that
-/// fails
-///         a criterion is a result, not an error.
+///         fails a criterion is a result, not an error.
 FloatVerdict verify_float(const Mesh& delivered, const Mesh* original, const FloatGoalSpec& goal, const FloatLimits& limits = {},
                           const Progress& progress = {});
 
 /// The state of a body at a waterline, for the "before" column. `settle` false skips the releases.
 FloatState float_state(const Mesh& mesh, const FloatGoalSpec& goal, const FloatLimits& limits, bool settle,
                        const Progress& progress = {});
+
+/// A body that is to spin about an axis.
+struct SpinGoalSpec {
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< up, in the mesh's own frame; need not be a unit vector
+  Eigen::Vector3d contact_mm =
+      Eigen::Vector3d::Zero();  ///< where the tip touches the ground; for a yo-yo the wanted centre of mass
+  bool yoyo = false;
+  AxisClass prefer = AxisClass::largest;  ///< or smallest
+  double density_g_cm3 = 1.24;
+  double wall_mm = 1.2;  ///< 0: the wall is not judged
+};
+
+struct SpinLimits {
+  double offset_over_diagonal = 1e-3;  ///< distance of the centre of mass from the axis (or centre) over the diagonal of the box
+  double axis_angle_rad = 1e-3;        ///< between the spin axis and the nearest principal axis
+  double class_margin = 1e-6;          ///< by which the axial moment must differ from the nearest lateral one, relative
+  double wall_ratio = 0.98;            ///< smallest wall over SpinGoalSpec::wall_mm
+};
+
+struct SpinVerdict : Verdict {
+  SpinState state;
+};
+
+/// Judges a delivered mesh, as verify_float does, by whether it spins. Criteria, in this order: closed, outer_unchanged, no_islands
+/// and wall as there, then
+///   offset         distance of the centre of mass from the axis, over the diagonal
+///   centre         only of a yo-yo: distance of the centre of mass from contact_mm, over the diagonal
+///   axis_angle     rad
+///   axis_class     Izz over the larger lateral moment, at least 1 + class_margin (prefer largest); Izz over the smaller one, at
+///                  most 1 - class_margin (prefer smallest). A middle axis fails both.
+///   stable_speeds  number of ranges of speed in which the spin is stable: at least 1; for a tip that slides, of a yo-yo for a free
+///                  body
+/// A note explains a middle axis, an axis of the other class, and parts below the contact point.
+/// @throws Error{usage} for a goal that makes no sense; otherwise as verify_float
+SpinVerdict verify_spin(const Mesh& delivered, const Mesh* original, const SpinGoalSpec& goal, const SpinLimits& limits = {},
+                        const Progress& progress = {});
+
+/// The state of a body on its axis, for the "before" column.
+SpinState spin_state_of(const Mesh& mesh, const SpinGoalSpec& goal, const Progress& progress = {});
+
+/// A body that is to stand on level ground.
+struct StandGoalSpec {
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< in the mesh's own frame; need not be a unit vector
+  double density_g_cm3 = 1.24;
+  double wall_mm = 1.2;                        ///< 0: the wall is not judged
+  std::optional<double> contact_tolerance_mm;  ///< none: as contact_tolerance_mm() says
+  std::optional<Eigen::Vector3d> target_mm;    ///< above which the centre of mass shall be, in the mesh's own frame
+};
+
+struct StandLimits {
+  double tipping_angle_rad = 1e-6;     ///< smallest tipping angle; the default only says that the body stands
+  double offset_over_diagonal = 1e-3;  ///< horizontal distance of the centre of mass from the target over the diagonal of the box
+  double wall_ratio = 0.98;            ///< smallest wall over StandGoalSpec::wall_mm
+};
+
+/// A body as it stands.
+struct StandState {
+  MassProperties body;
+  /// Turns the mesh's frame such that up is +z: the frame of `polygon`. The identity when up is +z, entries 0 and +-1 when it is
+  /// along an axis.
+  Eigen::Matrix3d to_ground = Eigen::Matrix3d::Identity();
+  SupportPolygon polygon;
+  Eigen::Vector2d centre_mm = Eigen::Vector2d::Zero();  ///< of mass, in plan, in the frame of `polygon`
+  double height_mm = 0;                                 ///< of the centre of mass above the ground
+  std::vector<double> tipping_angles_rad;               ///< for each edge; see tipping_angles_rad()
+  double smallest_tipping_angle_rad = 0;
+  double target_offset_mm = 0;  ///< horizontal distance of the centre of mass from the target; 0 without one
+};
+
+struct StandVerdict : Verdict {
+  StandState state;
+};
+
+/// Judges a delivered mesh, as verify_float does, by whether it stands. Criteria, in this order: closed, outer_unchanged,
+/// no_islands and wall as there, then
+///   supported  corners of the support polygon: at least 3
+///   inside     smallest tipping angle, rad
+///   offset     only with a target: over the diagonal
+/// @throws Error{usage} for a goal that makes no sense; otherwise as verify_float
+StandVerdict verify_stand(const Mesh& delivered, const Mesh* original, const StandGoalSpec& goal, const StandLimits& limits = {},
+                          const Progress& progress = {});
+
+/// The state of a body as it stands, for the "before" column.
+StandState stand_state_of(const Mesh& mesh, const StandGoalSpec& goal, const Progress& progress = {});
 
 }  // namespace rayrep
