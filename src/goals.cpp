@@ -142,23 +142,62 @@ Matrix10 SpinGoal::constraint_hessian(const Moments&, const Eigen::VectorXd&) co
 
 double SpinGoal::inertia_ratio(const Moments& s) const { return inertia_term(s).value; }
 
-double NearestGoal::objective(const Moments& s) const { return other_.constraint_values(s).squaredNorm(); }
-
-Moments NearestGoal::gradient(const Moments& s) const {
-  return 2 * other_.constraint_jacobian(s).transpose() * other_.constraint_values(s);
+StandGoal::StandGoal(const Eigen::Vector2d& target_mm, double volume_mm3, double length_mm)
+    : target_(target_mm), volume_(volume_mm3), length_(length_mm) {
+  assert(volume_mm3 > 0 && length_mm > 0);
 }
 
-Matrix10 NearestGoal::hessian(const Moments& s) const {
-  const auto J = other_.constraint_jacobian(s);
-  return 2 * J.transpose() * J;
+double StandGoal::objective(const Moments& s) const { return s[MZ] / (length_ * s[M1]); }
+
+Moments StandGoal::gradient(const Moments& s) const {
+  Moments g = Moments::Zero();
+  g[M1] = -s[MZ] / (length_ * s[M1] * s[M1]);
+  g[MZ] = 1 / (length_ * s[M1]);
+  return g;
 }
 
-Eigen::VectorXd NearestGoal::constraint_values(const Moments&) const { return Eigen::VectorXd(0); }
-
-Eigen::Matrix<double, Eigen::Dynamic, 10> NearestGoal::constraint_jacobian(const Moments&) const {
-  return Eigen::Matrix<double, Eigen::Dynamic, 10>(0, 10);
+Matrix10 StandGoal::hessian(const Moments& s) const {
+  Matrix10 H = Matrix10::Zero();
+  H(M1, M1) = 2 * s[MZ] / (length_ * s[M1] * s[M1] * s[M1]);
+  H(M1, MZ) = H(MZ, M1) = -1 / (length_ * s[M1] * s[M1]);
+  return H;
 }
 
-Matrix10 NearestGoal::constraint_hessian(const Moments&, const Eigen::VectorXd&) const { return Matrix10::Zero(); }
+Eigen::VectorXd StandGoal::constraint_values(const Moments& s) const { return constraint_jacobian(s) * s; }
+
+Eigen::Matrix<double, Eigen::Dynamic, 10> StandGoal::constraint_jacobian(const Moments&) const {
+  Eigen::Matrix<double, Eigen::Dynamic, 10> J = Eigen::Matrix<double, Eigen::Dynamic, 10>::Zero(2, 10);
+  for (int k = 0; k < 2; ++k) {
+    J(k, MX + k) = 1 / (volume_ * length_);
+    J(k, M1) = -target_[k] / (volume_ * length_);
+  }
+  return J;
+}
+
+Matrix10 StandGoal::constraint_hessian(const Moments&, const Eigen::VectorXd&) const { return Matrix10::Zero(); }
+
+LoweringGoal::LoweringGoal(const Eigen::Vector2d& target_mm, double height_mm, double volume_mm3, double length_mm)
+    : stand_(target_mm, volume_mm3, length_mm), height_(height_mm), unit_(volume_mm3 * length_mm) {}
+
+double LoweringGoal::objective(const Moments& s) const { return (s[MZ] - height_ * s[M1]) / unit_; }
+
+Moments LoweringGoal::gradient(const Moments&) const {
+  Moments g = Moments::Zero();
+  g[MZ] = 1 / unit_;
+  g[M1] = -height_ / unit_;
+  return g;
+}
+
+Matrix10 LoweringGoal::hessian(const Moments&) const { return Matrix10::Zero(); }
+
+Eigen::VectorXd LoweringGoal::constraint_values(const Moments& s) const { return stand_.constraint_values(s); }
+
+Eigen::Matrix<double, Eigen::Dynamic, 10> LoweringGoal::constraint_jacobian(const Moments& s) const {
+  return stand_.constraint_jacobian(s);
+}
+
+Matrix10 LoweringGoal::constraint_hessian(const Moments& s, const Eigen::VectorXd& mu) const {
+  return stand_.constraint_hessian(s, mu);
+}
 
 }  // namespace rayrep

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <numbers>
 
 #include "rayrep/cavity.h"
 #include "rayrep/error.h"
@@ -12,6 +13,7 @@
 #include "rayrep/mesh_check.h"
 #include "rayrep/quadric.h"
 #include "rayrep/ray_interior.h"
+#include "rayrep/support_polygon.h"
 #include "rayrep/waterline.h"
 
 namespace rayrep {
@@ -39,11 +41,11 @@ void check_options(const HollowOptions& options) {
 }
 
 /// The grid on which the cavity is meshed: as fine as the rays, but not finer than a printer sees, nor so coarse that the triangles
-/// between the vertices cut into the wall (a chord of length h takes h^2 / (4 wall)), nor so fine for a large body that memory runs
-/// out.
+/// between the vertices cut into the wall (a chord of length h takes h^2 / (4 wall)); up to twice as coarse for a large body, whose
+/// memory would run out.
 double field_spacing(double ray_spacing_mm, double wall_mm, double size_mm) {
   const double printer_mm = std::min(0.3, size_mm / 100);
-  return std::min(std::max(ray_spacing_mm, printer_mm), std::max(0.25 * wall_mm, size_mm / 1000));
+  return std::min(std::max(ray_spacing_mm, printer_mm), std::max(0.25 * wall_mm, std::min(0.5 * wall_mm, size_mm / 500)));
 }
 
 /// What every goal needs: the body in the working frame and its inner domain.
@@ -77,7 +79,7 @@ struct Body {
     inner_options.ray_spacing_mm = size_mm / options.resolution;
     inner_options.field_spacing_mm = field_spacing(inner_options.ray_spacing_mm, options.wall_mm, size_mm);
     inner_options.min_component_mm3 = options.min_cavity_mm3;
-    if (inner_options.field_spacing_mm > 0.5 * options.wall_mm)
+    if (inner_options.field_spacing_mm > 0.5 * options.wall_mm || inner_options.field_spacing_mm < size_mm / 1000)
       throw Error(ErrorCode::goal, "A wall of " + number(options.wall_mm, 3) + " mm is too thin to be resolved in a body " +
                                        number(size_mm, 1) + " mm long: choose at least " + number(size_mm / 500, 3) +
                                        " mm (--wall). If the body is not meant to be that long, set --unit or --size.");
@@ -138,6 +140,12 @@ Moments solve_as_built(Body& body, const Goal& goal, const Interior& interior, c
     const InteriorNlp nlp(goal, interior, body.shell + correction, scale, fill);
     SolveReport solve = solve_ipopt(nlp, options.solve, progress);
     hollow.solver_iterations += solve.iterations;
+    if (solve.status != SolveStatus::converged && !nlp.quadratic()) {
+      SolveOptions other = options.solve;
+      other.adaptive_barrier = !other.adaptive_barrier;
+      solve = solve_ipopt(nlp, other, progress);
+      hollow.solver_iterations += solve.iterations;
+    }
     hollow.passes = pass;
     if (solve.status != SolveStatus::converged) {
       // At the edge of what can be met the feedback may ask for too much: keep the best so far.
@@ -274,31 +282,12 @@ Eigen::Vector3d spin_origin(const Mesh& mesh, const SpinOptions& options, const 
       through = standing * options.axis.point_mm;
       break;
   }
+  // The centre of mass may lie in a hole: a tip is then thought down to the level of the lowest point.
   std::vector<LineHit> hits;
   SurfaceQuery(upright).line_hits_brute_force(through.head<2>(), hits);
-  require(!hits.empty(), "The spin axis does not meet the mesh: choose a point of it (--point) below or inside the body.");
-  return standing.inverse() * Eigen::Vector3d(through.x(), through.y(), hits.front().z_mm);
-}
-
-/// Why a spin cannot be balanced: the nearest that can be.
-[[noreturn]] void throw_unbalanced(const Body& body, const SpinGoal& goal, const Interior& interior,
-                                   const InteriorNlp::Scale& scale, const SpinOptions& options, const SolveReport& report,
-                                   const Progress& progress) {
-  const NearestGoal nearest(goal);
-  const InteriorNlp nlp(nearest, interior, body.shell, scale, 0.5);
-  SolveOptions solve = options.hollow.solve;
-  solve.tolerance = 1e-7;
-  solve.barrier_target = 1e-8;
-  const SolveReport found = solve_ipopt(nlp, solve, progress);
-  const Moments s = nlp.body(found.x);
-  if (found.status != SolveStatus::converged || nearest.objective(s) < 1e-10) throw_unsolved(report);
-  const double offset = s.segment<2>(MX).norm() / s[M1];
-  const double products = Eigen::Vector2d(s[MXZ], s[MYZ]).norm() / s[M1];
-  throw Error(ErrorCode::goal,
-              "It cannot be balanced about this axis: at the nearest any interior comes, the centre of mass is " +
-                  number(offset, 3) + " mm beside the axis and the products of inertia are " + number(products, 3) +
-                  " mm2 per unit of mass, where both must vanish. Try another axis (--point, --up), a thinner wall "
-                  "(--wall) or a larger body (--size).");
+  require(!hits.empty() || options.axis.through == SpinAxis::Through::centre_of_mass,
+          "The spin axis does not meet the mesh: choose a point of it (--point) below or inside the body.");
+  return standing.inverse() * Eigen::Vector3d(through.x(), through.y(), hits.empty() ? 0 : hits.front().z_mm);
 }
 
 }  // namespace
@@ -321,9 +310,26 @@ SpinResult hollow_spin(const Mesh& solid, const SpinOptions& options, const Prog
   const InteriorNlp::Scale scale{body.solid[M1], body.diagonal_mm};
   const SpinGoal goal(options.weights, options.largest, options.yoyo, scale.volume_mm3, scale.length_mm);
   const SegmentRays interior(body.inner.rays, options.bounds);
+  progress.begin("solve");
+  const NearestSolution nearest = nearest_attainable(goal.constraint_jacobian(body.shell), body.inner.rays, body.shell, 1e-6);
+  if (!nearest.attainable) {
+    const Moments& s = nearest.moments;
+    const double offset = (options.yoyo ? s.segment<3>(MX).norm() : s.segment<2>(MX).norm()) / s[M1];
+    const double products = Eigen::Vector2d(s[MXZ], s[MYZ]).norm() / s[M1];
+    throw Error(ErrorCode::goal,
+                "It cannot be balanced about this axis: no interior on these rays brings the centre of mass onto " +
+                    std::string(options.yoyo ? "the centre" : "the axis") +
+                    " and makes the products of inertia vanish. The centre of mass alone comes to within " +
+                    number(smallest_offset_mm(body.inner.rays, body.shell, std::nullopt, {0, 0}), 3) +
+                    " mm of the axis; where the static moment and the products together are smallest, it lies " +
+                    number(offset, 3) + " mm beside it and the products are " + number(products, 3) +
+                    " mm2 per unit of mass. Try another axis (--up, " + (options.yoyo ? "--center" : "--point") +
+                    "), a thinner wall (--wall), a larger body (--size) or a finer --resolution.");
+  }
   // Void rays may lie anywhere on their interval: the optimum is flat, and only the central path leads to one point of it.
   common.solve.tolerance = std::max(common.solve.tolerance, 1e-6);
   common.solve.barrier_target = 1e-7;
+  common.solve.max_iterations = std::min(common.solve.max_iterations, 200);
   const auto error = [&](const Moments& s) {
     const double m = s[M1];
     const double L = scale.length_mm;
@@ -331,10 +337,103 @@ SpinResult hollow_spin(const Mesh& solid, const SpinOptions& options, const Prog
     const double offset = (options.yoyo ? s.segment<3>(MX).norm() : s.segment<2>(MX).norm()) / (m * L);
     return std::max(offset, products);
   };
-  const auto if_failed = [&](const SolveReport& report) {
-    throw_unbalanced(body, goal, interior, scale, options, report, progress);
+  solve_as_built(body, goal, interior, scale, options.start_fill, common, error, throw_unsolved, result.hollow, progress);
+  result.objective = result.hollow.solve.objective;
+  return result;
+}
+
+namespace {
+
+/// The lowest centre of mass above `target`, by Dinkelbach's iteration on s_z - gamma s_1 with the quadric solver; none if out of
+/// reach.
+std::optional<Moments> lowest_above(const Body& body, const Eigen::Vector2d& target, const InteriorNlp::Scale& scale) {
+  Moments s = body.solid;
+  for (int iteration = 0; iteration < 12; ++iteration) {
+    const double height = s[MZ] / s[M1];
+    const LoweringGoal goal(target, height, scale.volume_mm3, scale.length_mm);
+    const QuadricSolution solution = solve_quadric(goal, body.inner.rays, body.shell);
+    if (!solution.converged) return std::nullopt;
+    s = solution.moments;
+    if (height - s[MZ] / s[M1] < 1e-6 * scale.length_mm) break;
+  }
+  return s;
+}
+
+/// The target where the smallest tipping angle is largest. The angle is a quasiconcave function of the target, since the attainable
+/// centres of mass and those beyond a tipping angle are convex sets: a pattern search climbs to its top.
+Eigen::Vector2d safest_target(const Body& body, const SupportPolygon& polygon, const Eigen::Vector2d& start,
+                              const InteriorNlp::Scale& scale, const Progress& progress) {
+  const auto angle_at = [&](const Eigen::Vector2d& target) {
+    progress.check();
+    const std::optional<Moments> s = lowest_above(body, target, scale);
+    if (!s) return -std::numeric_limits<double>::infinity();
+    const std::vector<double> angles = tipping_angles_rad(polygon, s->segment<3>(MX) / (*s)[M1]);
+    return *std::min_element(angles.begin(), angles.end());
   };
-  solve_as_built(body, goal, interior, scale, options.start_fill, common, error, if_failed, result.hollow, progress);
+  Eigen::Vector2d best = start;
+  double best_angle = angle_at(best);
+  for (double step = 0.1 * std::sqrt(polygon.area_mm2); step > 1e-3 * std::sqrt(polygon.area_mm2);) {
+    const double before = best_angle;
+    const Eigen::Vector2d from = best;
+    for (int n = 0; n < 8; ++n) {
+      const double direction = n * std::numbers::pi / 4;
+      const Eigen::Vector2d target = from + step * Eigen::Vector2d(std::cos(direction), std::sin(direction));
+      if (const double angle = angle_at(target); angle > best_angle) {
+        best_angle = angle;
+        best = target;
+      }
+    }
+    if (best_angle <= before) step *= 0.5;
+  }
+  return best;
+}
+
+}  // namespace
+
+StandResult hollow_stand(const Mesh& solid, const StandOptions& options, const Progress& progress) {
+  HollowOptions common = options.hollow;
+  check_options(common);
+  progress.begin("domain");
+  Mesh outer = common.as_stored ? common.as_stored(solid) : solid;
+  const Eigen::Affine3d frame = working_frame(outer, common.up);
+  Body body(std::move(outer), frame, common, progress);
+  const double tolerance = options.contact_tolerance_mm ? *options.contact_tolerance_mm : contact_tolerance_mm(body.height_mm);
+  const SupportPolygon polygon = support_polygon(body.hull, tolerance);
+  if (polygon.corners_mm.size() < 3)
+    throw Error(ErrorCode::goal,
+                std::string("It cannot stand: it touches the ground in ") +
+                    (polygon.corners_mm.size() < 2 ? "a point" : "an edge") + " only (within " + number(tolerance, 3) +
+                    " mm of its lowest point). Flatten its base, choose another attitude (--up), or allow for more give "
+                    "(--contact).");
+
+  const InteriorNlp::Scale scale{body.solid[M1], body.diagonal_mm};
+  StandResult result;
+  Eigen::Vector2d target = options.target_mm ? Eigen::Vector2d((frame * *options.target_mm).head<2>()) : polygon.safest_point_mm();
+  progress.begin("target");
+  // Half filled everywhere, no end is at its bound: a centre of mass with room on all sides.
+  const Moments half = body.shell + 0.5 * ray_moments(body.inner.rays);
+  const Eigen::Vector2d middle = half.segment<2>(MX) / half[M1];
+  // A target at the edge of what these rays reach leaves no room to correct the mesh, which differs a little.
+  constexpr double room = 0.05;
+  const bool in_reach = lowest_above(body, target + room * (target - middle), scale).has_value();
+  if (options.objective == StandOptions::Objective::tip_angle || (!in_reach && !options.target_mm)) {
+    target = safest_target(body, polygon, in_reach ? target : middle, scale, progress);
+    target += room * (middle - target);
+  }
+  result.target_mm = frame.inverse() * Eigen::Vector3d(target.x(), target.y(), 0);
+
+  const StandGoal goal(target, scale.volume_mm3, scale.length_mm);
+  const BottomFilledRays interior(body.inner.rays);
+  if (!lowest_above(body, target, scale))
+    throw Error(ErrorCode::goal,
+                "The centre of mass cannot be brought above the target: at the nearest any interior comes it is " +
+                    number(smallest_offset_mm(body.inner.rays, body.shell, std::nullopt, target), 3) +
+                    " mm beside it (horizontally). Choose another target (--target), a thinner wall (--wall), or let the "
+                    "target be searched (--objective tip-angle).");
+  common.solve.tolerance = std::max(common.solve.tolerance, 1e-7);
+  common.solve.barrier_target = 1e-9;
+  const auto error = [&](const Moments& s) { return (s.segment<2>(MX) / s[M1] - target).norm() / scale.length_mm; };
+  solve_as_built(body, goal, interior, scale, 0.5, common, error, throw_unsolved, result.hollow, progress);
   result.objective = result.hollow.solve.objective;
   return result;
 }

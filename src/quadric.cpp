@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 #include "rayrep/ray_interior.h"
 
@@ -100,15 +101,16 @@ QuadricSolution solve_quadric(const Goal& goal, const RayRep& domain, const Mome
   const Eigen::MatrixXd H_all =
       affine.C.leftCols<3>() * all * affine.C.leftCols<3>().transpose() * (domain.grid.cell_area_mm2() / affine.gradient[3]);
 
-  // Start at the level plane with the right mass, if there is one: the first constraint fixes the mass.
+  // Where the first constraint fixes the mass, start at the level plane that gives it.
   Eigen::VectorXd mu = Eigen::VectorXd::Zero(affine.C.rows());
-  const double per_height = -affine.gradient[3] / affine.C(0, 0);
-  Interval level{lowest, highest};
-  for (int n = 0; n < 12; ++n) {
-    const double z = 0.5 * (level.lo + level.hi);
-    mu[0] = per_height * z;
-    ++solution.evaluations;
-    (evaluate(affine, domain, mu).residual[0] > 0 ? level.hi : level.lo) = z;
+  if (affine.C(0, M1) != 0 && affine.C.row(0).tail<3>().isZero()) {
+    const double per_height = -affine.gradient[3] / affine.C(0, M1);
+    Interval level{lowest, highest};
+    for (int n = 0; n < 12; ++n) {
+      mu[0] = per_height * level.middle();
+      ++solution.evaluations;
+      (evaluate(affine, domain, mu).residual[0] > 0 ? level.hi : level.lo) = level.middle();
+    }
   }
 
   Dual dual = evaluate(affine, domain, mu);
@@ -150,6 +152,86 @@ QuadricSolution solve_quadric(const Goal& goal, const RayRep& domain, const Mome
   }
   solution.moments = constant + ray_moments(material);
   solution.objective = goal.objective(solution.moments);
+  return solution;
+}
+
+namespace {
+
+/// One pass at a switching function that is linear in z: moments of the material where it is negative, and minus their derivative
+/// by it.
+struct LinearPass {
+  Moments moments = Moments::Zero();
+  Eigen::Matrix<double, 10, 10> free = Eigen::Matrix<double, 10, 10>::Zero();
+};
+
+LinearPass fill_negative(const RayRep& domain, const Moments& q) {
+  LinearPass pass;
+  RayRep material = domain;
+  for (std::size_t ray = 0; ray < domain.grid.size(); ++ray) {
+    if (domain.first[ray] == domain.first[ray + 1]) continue;
+    const Eigen::Vector2d xy = domain.grid.at(ray);
+    const double at_zero = q.dot(monomials({xy.x(), xy.y(), 0}));
+    const double slope = q[MZ] + xy.x() * q[MXZ] + xy.y() * q[MYZ];
+    const double root = slope != 0 ? -at_zero / slope : 0;
+    for (std::uint32_t n = domain.first[ray]; n < domain.first[ray + 1]; ++n) {
+      Interval& m = material.intervals[n];
+      if (slope > 0)
+        m.hi = std::clamp(root, m.lo, m.hi);
+      else if (slope < 0)
+        m.lo = std::clamp(root, m.lo, m.hi);
+      else if (at_zero >= 0)
+        m.hi = m.lo;
+      if (slope != 0 && root > domain.intervals[n].lo && root < domain.intervals[n].hi) {
+        const Moments phi = monomials({xy.x(), xy.y(), root});
+        pass.free += (domain.grid.cell_area_mm2() / std::abs(slope)) * phi * phi.transpose();
+      }
+    }
+  }
+  pass.moments = ray_moments(material);
+  return pass;
+}
+
+}  // namespace
+
+NearestSolution nearest_attainable(const Eigen::Matrix<double, Eigen::Dynamic, 10>& A, const RayRep& domain,
+                                   const Moments& constant, double tolerance) {
+  assert(A.col(MZZ).isZero());
+  constexpr int max_iterations = 100;
+  NearestSolution solution;
+  const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(A.rows(), A.rows());
+  struct Point {
+    Eigen::VectorXd y, residual;
+    LinearPass pass;
+    double value;
+  };
+  const auto evaluate_at = [&](const Eigen::VectorXd& y) {
+    Point p{y, {}, fill_negative(domain, A.transpose() * y), 0};
+    const Eigen::VectorXd c = A * (constant + p.pass.moments);
+    p.residual = c - y;
+    p.value = y.dot(c) - 0.5 * y.squaredNorm();
+    return p;
+  };
+  Point at = evaluate_at(A * (constant + 0.5 * ray_moments(domain)));
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    if (at.y.norm() < 0.1 * tolerance || at.residual.norm() < 1e-9 * at.y.norm()) {
+      solution.converged = true;
+      break;
+    }
+    const Eigen::VectorXd step = (identity + A * at.pass.free * A.transpose()).ldlt().solve(at.residual);
+    const double slope = at.residual.dot(step);
+    bool moved = false;
+    for (double length = 1; length > 1e-6 && !moved; length *= 0.5) {
+      Point next = evaluate_at(at.y + length * step);
+      moved = next.value >= at.value + 1e-4 * length * slope;
+      if (moved) at = std::move(next);
+    }
+    if (!moved) break;  // as near as rounding lets it come
+  }
+  solution.moments = constant + at.pass.moments;
+  solution.distance = (A * solution.moments).norm();
+  // |A s|^2 / 2 >= g(y) for every s and y.
+  solution.lower_bound = std::sqrt(2 * std::max(0.0, at.value));
+  solution.attainable = solution.lower_bound < tolerance;
   return solution;
 }
 

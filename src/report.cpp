@@ -83,7 +83,7 @@ Json state_json(const FloatState& state) {
   json["waterplane_smallest_second_moment_mm4"] = number(state.water.smallest_second_moment_mm4);
   json["horizontal_offset_mm"] = number(state.horizontal_offset_mm);
   json["metacentric_height_mm"] = number(state.metacentric_height_mm);
-  json["settled_tilt_rad"] = number(state.settled_tilt_rad);
+  json["settled_tilt_rad"] = state.settled_tilt_rad < 3.14159 ? number(state.settled_tilt_rad) : Json(nullptr);  // null: it sinks
   return json;
 }
 
@@ -103,25 +103,122 @@ std::string status_name(SolveStatus status) {
   return "unknown";
 }
 
-double seconds_of(const FloatReport& report, const std::string& stage) {
+double seconds_of(const RunReport& report, const std::string& stage) {
   for (const auto& [name, seconds] : report.timings_s)
     if (name == stage) return seconds;
   return 0;
 }
 
-}  // namespace
-
-std::string to_json(const FloatReport& report) {
+/// The part of a report that comes before what is particular to a goal.
+Json opening(const RunReport& report, const Verdict& verdict) {
   Json json;
   json["schema"] = 1;
   json["version"] = version();
   json["command"] = report.command;
-  json["pass"] = report.after.pass();
+  json["pass"] = verdict.pass();
   json["input"] = input_json(report.input);
   if (!report.output.empty()) json["output"] = {{"path", report.output}, {"triangles", report.delivered_triangles}};
   Json options = Json::object();
   for (const auto& [name, value] : report.options) options[name] = value;
   json["options"] = options;
+  return json;
+}
+
+/// Adds what the judge found besides the state.
+void add_shells(Json& after, const Verdict& verdict) {
+  after["cavities"] = verdict.cavities;
+  after["solid_islands"] = verdict.solid_islands;
+  after["smallest_wall_mm"] = number(verdict.smallest_wall_mm);
+}
+
+/// Adds criteria, solver, timings; `hollow` may be null.
+void close(Json& json, const RunReport& report, const Verdict& verdict, const HollowResult* hollow) {
+  Json criteria = Json::array();
+  for (const Criterion& c : verdict.criteria)
+    criteria.push_back({{"name", c.name},
+                        {"description", c.description},
+                        {"value", number(c.value)},
+                        {"limit", number(c.limit)},
+                        {"kind", c.kind == Criterion::Kind::at_most ? "at_most" : "at_least"},
+                        {"pass", c.pass()}});
+  json["criteria"] = criteria;
+  Json notes = Json::array();
+  for (const std::string& note : verdict.notes) notes.push_back(note);
+  json["notes"] = notes;
+  if (hollow) {
+    json["solver"] = {{"name", hollow->solve.solver},
+                      {"status", status_name(hollow->solve.status)},
+                      {"solver_status", hollow->solve.solver_status},
+                      {"iterations", hollow->solver_iterations},
+                      {"variables", hollow->solve.variables},
+                      {"objective", number(hollow->solve.objective)},
+                      {"constraint_violation", number(hollow->solve.constraint_violation)},
+                      {"passes", hollow->passes},
+                      {"seconds", seconds_of(report, "solve")}};
+    json["model"] = {
+        {"ray_spacing_mm", hollow->ray_spacing_mm},
+        {"field_spacing_mm", hollow->field_spacing_mm},
+        {"rays_cast", hollow->cast.rays},
+        {"rays_recast", hollow->cast.recast},
+        {"rays_bad", hollow->cast.bad},
+        {"dropped_components", hollow->dropped_components},
+        {"filled_cavities", hollow->filled_cavities},
+        {"filled_mm3", hollow->filled_mm3},
+        {"removed_islands", hollow->removed_islands},
+        {"quadric", vector(hollow->q)},
+        {"quadric_frame",
+         {{"rotation", matrix(hollow->to_working.linear())}, {"translation_mm", vector(hollow->to_working.translation())}}}};
+  }
+  Json timings = Json::object();
+  for (const auto& [stage, seconds] : report.timings_s) timings[stage] = seconds;
+  json["timings_s"] = timings;
+  json["peak_memory_mb"] = report.peak_memory_mb;
+}
+
+Json ranges_json(const std::vector<SpeedRange>& ranges) {
+  Json array = Json::array();
+  for (const SpeedRange& range : ranges)
+    array.push_back({{"from_rpm", number(rpm(range.lo_rad_s))}, {"to_rpm", number(rpm(range.hi_rad_s))}});
+  return array;
+}
+
+std::string class_name(AxisClass axis) {
+  return axis == AxisClass::largest ? "largest" : axis == AxisClass::smallest ? "smallest" : "middle";
+}
+
+Json spin_json(const SpinState& state) {
+  Json json = mass_json(state.body);
+  json["offset_mm"] = number(state.offset_mm);
+  json["height_mm"] = number(state.height_mm);
+  json["axis_angle_rad"] = number(state.axis_angle_rad);
+  json["axis_class"] = class_name(state.axis_class);
+  json["ratio_to_larger_lateral"] = number(state.ratio_larger);
+  json["ratio_to_smaller_lateral"] = number(state.ratio_smaller);
+  json["stable_sliding"] = ranges_json(state.sliding);
+  json["stable_fixed"] = ranges_json(state.fixed);
+  return json;
+}
+
+Json stand_json(const StandState& state) {
+  Json json = mass_json(state.body);
+  Json corners = Json::array();
+  for (const auto& corner : state.polygon.corners_mm) corners.push_back(vector(corner));
+  json["support_polygon_mm"] = corners;
+  json["support_area_mm2"] = number(state.polygon.area_mm2);
+  json["centre_in_plan_mm"] = vector(state.centre_mm);
+  json["height_mm"] = number(state.height_mm);
+  Json angles = Json::array();
+  for (const double angle : state.tipping_angles_rad) angles.push_back(number(angle));
+  json["tipping_angles_rad"] = angles;
+  json["smallest_tipping_angle_rad"] = number(state.smallest_tipping_angle_rad);
+  json["target_offset_mm"] = number(state.target_offset_mm);
+  return json;
+}
+
+}  // namespace
+
+std::string to_json(const FloatReport& report) {
+  Json json = opening(report, report.after);
   json["goal"] = {{"name", "float"},
                   {"up", vector(report.goal.up)},
                   {"waterline_mm", report.goal.waterline_mm},
@@ -131,51 +228,38 @@ std::string to_json(const FloatReport& report) {
                   {"wall_mm", report.goal.wall_mm}};
   json["before"] = state_json(report.before);
   json["after"] = state_json(report.after.state);
-  json["after"]["cavities"] = report.after.cavities;
-  json["after"]["solid_islands"] = report.after.solid_islands;
-  json["after"]["smallest_wall_mm"] = number(report.after.smallest_wall_mm);
-  Json criteria = Json::array();
-  for (const Criterion& c : report.after.criteria)
-    criteria.push_back({{"name", c.name},
-                        {"description", c.description},
-                        {"value", number(c.value)},
-                        {"limit", number(c.limit)},
-                        {"kind", c.kind == Criterion::Kind::at_most ? "at_most" : "at_least"},
-                        {"pass", c.pass()}});
-  json["criteria"] = criteria;
-  Json notes = Json::array();
-  for (const std::string& note : report.after.notes) notes.push_back(note);
-  json["notes"] = notes;
-  if (report.hollowed) {
-    const HollowResult& hollow = report.result.hollow;
-    json["solver"] = {{"name", hollow.solve.solver},
-                      {"status", status_name(hollow.solve.status)},
-                      {"solver_status", hollow.solve.solver_status},
-                      {"iterations", hollow.solver_iterations},
-                      {"variables", hollow.solve.variables},
-                      {"objective", number(hollow.solve.objective)},
-                      {"constraint_violation", number(hollow.solve.constraint_violation)},
-                      {"duality_gap", number(hollow.duality_gap)},
-                      {"passes", hollow.passes},
-                      {"seconds", seconds_of(report, "solve")}};
-    json["model"] = {
-        {"ray_spacing_mm", hollow.ray_spacing_mm},
-        {"field_spacing_mm", hollow.field_spacing_mm},
-        {"rays_cast", hollow.cast.rays},
-        {"rays_recast", hollow.cast.recast},
-        {"rays_bad", hollow.cast.bad},
-        {"dropped_components", hollow.dropped_components},
-        {"filled_cavities", hollow.filled_cavities},
-        {"filled_mm3", hollow.filled_mm3},
-        {"removed_islands", hollow.removed_islands},
-        {"quadric", vector(hollow.q)},
-        {"quadric_frame",
-         {{"rotation", matrix(hollow.to_working.linear())}, {"translation_mm", vector(hollow.to_working.translation())}}}};
-  }
-  Json timings = Json::object();
-  for (const auto& [stage, seconds] : report.timings_s) timings[stage] = seconds;
-  json["timings_s"] = timings;
-  json["peak_memory_mb"] = report.peak_memory_mb;
+  add_shells(json["after"], report.after);
+  close(json, report, report.after, report.hollowed ? &report.result.hollow : nullptr);
+  if (report.hollowed) json["solver"]["duality_gap"] = number(report.result.hollow.duality_gap);
+  return json.dump(2) + "\n";
+}
+
+std::string to_json(const SpinReport& report) {
+  Json json = opening(report, report.after);
+  json["goal"] = {{"name", report.goal.yoyo ? "yo-yo" : "spin"},
+                  {"axis", vector(report.goal.axis)},
+                  {report.goal.yoyo ? "centre_mm" : "contact_mm", vector(report.goal.contact_mm)},
+                  {"prefer", class_name(report.goal.prefer)},
+                  {"density_g_cm3", report.goal.density_g_cm3},
+                  {"wall_mm", report.goal.wall_mm}};
+  json["before"] = spin_json(report.before);
+  json["after"] = spin_json(report.after.state);
+  add_shells(json["after"], report.after);
+  close(json, report, report.after, &report.result.hollow);
+  return json.dump(2) + "\n";
+}
+
+std::string to_json(const StandReport& report) {
+  Json json = opening(report, report.after);
+  json["goal"] = {{"name", "stand"},
+                  {"up", vector(report.goal.up)},
+                  {"target_mm", vector(report.result.target_mm)},
+                  {"density_g_cm3", report.goal.density_g_cm3},
+                  {"wall_mm", report.goal.wall_mm}};
+  json["before"] = stand_json(report.before);
+  json["after"] = stand_json(report.after.state);
+  add_shells(json["after"], report.after);
+  close(json, report, report.after, &report.result.hollow);
   return json.dump(2) + "\n";
 }
 

@@ -181,8 +181,8 @@ SolveReport solve_ipopt(const Nlp& nlp, const SolveOptions& options, const Progr
   if (nlp.quadratic()) {
     set->SetStringValue("jac_c_constant", "yes");
     set->SetStringValue("hessian_constant", "yes");
-  } else {
-    set->SetStringValue("mu_strategy", "adaptive");  // a third of the iterations of the monotone one on spin problems
+  } else if (options.adaptive_barrier) {
+    set->SetStringValue("mu_strategy", "adaptive");
   }
   if (options.barrier_target > 0) set->SetNumericValue("mu_target", options.barrier_target);
   // With "" no options file is read; the default would take ipopt.opt from the current folder.

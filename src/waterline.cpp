@@ -169,7 +169,8 @@ std::optional<double> best_waterline(const FloatProblem& problem, const Progress
   return std::nullopt;
 }
 
-double smallest_offset_mm(const RayRep& inner, const Moments& shell, double material_mm3, const Eigen::Vector2d& target_mm) {
+double smallest_offset_mm(const RayRep& inner, const Moments& shell, std::optional<double> material_mm3,
+                          const Eigen::Vector2d& target_mm) {
   struct Column {
     Eigen::Vector2d xy;
     double volume;
@@ -187,14 +188,15 @@ double smallest_offset_mm(const RayRep& inner, const Moments& shell, double mate
     for (std::size_t n = 0; n < columns.size(); ++n) along[n] = {direction.dot(columns[n].xy), columns[n].volume};
     std::sort(along.begin(), along.end());
     double moment = direction.dot(shell.segment<2>(MX) - shell[M1] * target_mm);
-    double left = material_mm3 - shell[M1];
-    for (const auto& [position, volume] : along) {
-      const double used = std::min(left, volume);
+    double volume = shell[M1];
+    for (const auto& [position, available] : along) {
+      // With the mass given, fill up to it; else as long as that moves the centre further down.
+      const double used = material_mm3 ? std::min(*material_mm3 - volume, available) : position * volume < moment ? available : 0;
+      if (used <= 0) break;
       moment += position * used;
-      left -= used;
-      if (left <= 0) break;
+      volume += used;
     }
-    return moment / material_mm3;
+    return moment / volume;
   };
   double best_angle = 0;
   double best = -std::numeric_limits<double>::infinity();

@@ -278,6 +278,28 @@ TEST(SpinGoal, DerivativesAreThoseOfTheValues) {
     }
 }
 
+TEST(StandGoal, DerivativesAreThoseOfTheValues) {
+  const StandGoal goal({0.7, -1.1}, 5000, 40);
+  const LoweringGoal lowering({0.7, -1.1}, 18, 5000, 40);
+  const Moments s = some_moments();
+  EXPECT_FALSE(goal.affine());
+  EXPECT_TRUE(lowering.affine());
+  for (const Goal* g : {static_cast<const Goal*>(&goal), static_cast<const Goal*>(&lowering)}) {
+    const auto f = [&](const Eigen::VectorXd& v) { return g->objective(v); };
+    EXPECT_LT((g->gradient(s) - finite_differences(f, s, 1e-2)).norm(), 1e-6 * g->gradient(s).norm());
+    for (Eigen::Index row = 0; row < 10; ++row) {
+      const auto gradient = [&](const Eigen::VectorXd& v) { return g->gradient(v)[row]; };
+      EXPECT_LT((g->hessian(s).row(row).transpose() - finite_differences(gradient, s, 1e-2)).norm(), 1e-6 * g->gradient(s).norm());
+    }
+    for (int row = 0; row < 2; ++row) {
+      const auto c = [&](const Eigen::VectorXd& v) { return g->constraint_values(v)[row]; };
+      EXPECT_LT((g->constraint_jacobian(s).row(row).transpose() - finite_differences(c, s, 1)).norm(), 1e-9);
+    }
+  }
+  // At the height of the centre of mass the step has the value 0.
+  EXPECT_NEAR(LoweringGoal({0, 0}, s[MZ] / s[M1], 5000, 40).objective(s), 0, 1e-15);
+}
+
 TEST(SpinGoal, TheInertiaTermIsThatOfTheTensor) {
   // R = |lateral inertia about the centre of mass|^2 / Izz^2, here from the mass properties of a box whose axis is centred.
   const Moments s = translated(box_moments({-3, -2, 0}, {3, 2, 5}), {0, 0, 4});
@@ -444,6 +466,34 @@ TEST(Quadric, RandomTargetsAreReachedOrProvenUnreachable) {
   }
   EXPECT_GT(reached, 50);
   EXPECT_GT(missed, 50);
+}
+
+TEST(Quadric, NothingComesNearerThanTheNearest) {
+  // Against many random interiors: none is nearer than the proven bound, and the bound is attained.
+  const Problem p(2);
+  const SpinGoal goal({}, true, false, p.solid_mm3, 40);
+  const Moments shifted = translated(p.shell, {3, 1, 0});
+  RayRep domain = p.domain;
+  domain.grid.origin_mm += Eigen::Vector2d(3, 1);
+  const auto A = goal.constraint_jacobian(shifted);
+  const NearestSolution nearest = nearest_attainable(A, domain, shifted, 1e-9);
+  ASSERT_TRUE(nearest.converged);
+  ASSERT_FALSE(nearest.attainable);
+  EXPECT_NEAR(nearest.distance, nearest.lower_bound, 1e-6 * nearest.distance);
+  const SegmentRays interior(domain, SegmentBounds::complete);
+  Random random(23);
+  for (int n = 0; n < 200; ++n) {
+    Eigen::VectorXd z = interior.start(1);
+    const double a = 2 * random.uniform() - 1;
+    const double b = 2 * random.uniform() - 1;
+    for (Eigen::Index i = 0; i + 1 < z.size(); i += 2) {
+      const Eigen::Vector2d xy = domain.grid.at(static_cast<std::size_t>(i) % domain.grid.size());
+      z[i] += (z[i + 1] - z[i]) * (a * xy.x() + b * xy.y() > 0 ? random.uniform() : 0);
+    }
+    EXPECT_GE((A * (shifted + interior.moments(z))).norm(), nearest.lower_bound * (1 - 1e-9));
+  }
+  // On its own axis the body is balanced: attainable.
+  EXPECT_TRUE(nearest_attainable(goal.constraint_jacobian(p.shell), p.domain, p.shell, 1e-6).attainable);
 }
 
 TEST(Waterline, SmallestOffsetOfABoxIsAnalytic) {

@@ -192,6 +192,69 @@ TEST_F(Tool, UnreachableGoalsAre4AndLeaveTheOldFileAlone) {
   EXPECT_EQ(new_files(), std::vector<std::string>{"egg_float.stl"});
 }
 
+TEST_F(Tool, SpinsAndVerifies) {
+  const Mesh tilted = rotated(uv_ellipsoid(30, 22, 16, 24), Eigen::AngleAxisd(0.26, Eigen::Vector3d::UnitX()).toRotationMatrix());
+  write_mesh(folder_ / "egg.stl", tilted);
+  const Run result = run("spin egg.stl --point com --resolution 40 --report r.json");
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_NE(result.out.find("VERIFIED: wrote egg_spin.stl"), std::string::npos) << result.out;
+  EXPECT_EQ(result.err, "");
+  EXPECT_EQ(new_files(), (std::vector<std::string>{"egg_spin.stl", "r.json"}));
+
+  const auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_EQ(report["command"], "spin");
+  EXPECT_TRUE(report["pass"]);
+  EXPECT_EQ(report["goal"]["name"], "spin");
+  EXPECT_EQ(report["goal"]["prefer"], "largest");
+  EXPECT_EQ(report["goal"]["contact_mm"].size(), 3u);
+  for (const char* when : {"before", "after"}) {
+    for (const char* key : {"mass_g", "offset_mm", "height_mm", "axis_angle_rad", "axis_class", "ratio_to_larger_lateral",
+                            "ratio_to_smaller_lateral", "stable_sliding", "stable_fixed"})
+      EXPECT_TRUE(report[when].contains(key)) << when << " " << key;
+    EXPECT_EQ(report[when]["axis_class"], "largest") << when;
+  }
+  ASSERT_EQ(report["after"]["stable_sliding"].size(), 1u);
+  EXPECT_GT(report["after"]["stable_sliding"][0]["from_rpm"].get<double>(), 0);
+  EXPECT_GT(report["after"]["ratio_to_larger_lateral"].get<double>(), report["before"]["ratio_to_larger_lateral"].get<double>());
+  EXPECT_LT(report["after"]["axis_angle_rad"].get<double>(), 1e-3);
+  EXPECT_GT(report["before"]["axis_angle_rad"].get<double>(), 0.1);
+  for (const auto& c : report["criteria"]) EXPECT_TRUE(c["pass"]) << c["name"];
+}
+
+TEST_F(Tool, SpinsAYoyoQuietly) {
+  const Run result = run("spin egg.stl --yoyo --center 0.5,0,0 --resolution 40 -q -o yoyo.ply --report r.json");
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.out, "");
+  const auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_EQ(report["goal"]["name"], "yo-yo");
+  EXPECT_EQ(report["goal"]["centre_mm"][0], 0.5);
+  const Mesh delivered = read_mesh(folder_ / "yoyo.ply").mesh;
+  EXPECT_TRUE(near(mass_properties(mesh_moments(delivered), 1).centre_of_mass_mm, Eigen::Vector3d(0.5, 0, 0), 0.005));
+}
+
+TEST_F(Tool, SpinUsageErrorsAre2) {
+  for (const char* arguments :
+       {"--point 1", "--point 1,2,3,4", "--point tip", "--point 1,", "--point 0,0 --up 0,1,1", "--point 500,0", "--center 0,0,0",
+        "--yoyo --center 0,0", "--yoyo --center a,b,c", "--prefer middle", "--bounds x", "--objective fastest", "--lambda -1",
+        "--objective spinit --gamma-c -1", "--gamma-i nan", "--waterline 5"}) {
+    const Run result = run(std::string("spin egg.stl --resolution 40 ") + arguments);
+    EXPECT_EQ(result.code, 2) << arguments << ": " << result.err;
+    EXPECT_EQ(result.err.rfind("rayrep: ", 0), 0u) << result.err;
+    EXPECT_EQ(result.out, "") << arguments;
+    EXPECT_TRUE(new_files().empty()) << arguments;
+  }
+}
+
+TEST_F(Tool, UnreachableSpinsAre4AndLeaveTheOldFileAlone) {
+  write_mesh(folder_ / "egg.stl", box({0, 0, 0}, {40, 20, 20}));
+  std::ofstream(folder_ / "egg_spin.stl") << "old";
+  const Run result = run("spin egg.stl --point 3,10 --resolution 40");
+  EXPECT_EQ(result.code, 4);
+  EXPECT_NE(result.err.find("cannot be balanced"), std::string::npos) << result.err;
+  EXPECT_EQ(text_of(folder_ / "egg_spin.stl"), "old");
+  EXPECT_EQ(new_files(), std::vector<std::string>{"egg_spin.stl"});
+}
+
 TEST_F(Tool, WriteErrorsAre6) {
   const Run result = run("float egg.stl --resolution 40 --submerged 0.5 -o no/such/folder/egg.stl");
   EXPECT_EQ(result.code, 6);
@@ -218,7 +281,7 @@ TEST_F(Tool, InterruptIs130AndLeavesNothing) {
 }
 
 TEST_F(Tool, HelpFitsAScreen) {
-  for (const char* arguments : {"--help", "float --help", "verify --help", "inspect --help"}) {
+  for (const char* arguments : {"--help", "float --help", "spin --help", "verify --help", "inspect --help"}) {
     const Run result = run(arguments);
     EXPECT_EQ(result.code, 0);
     EXPECT_EQ(result.err, "");

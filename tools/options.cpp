@@ -14,9 +14,11 @@ namespace rayrep::tool {
 namespace {
 
 constexpr const char* kOverview =
-    "rayrep computes the inside of a 3D shape so that its print floats upright.\n"
+    "rayrep computes the inside of a 3D shape so that its print floats upright, spins or stands.\n"
     "\n"
     "  rayrep float MESH     hollow MESH so that it floats upright; writes MESH_float.stl\n"
+    "  rayrep spin MESH      hollow MESH so that it spins as a top or a yo-yo; writes MESH_spin.stl\n"
+    "  rayrep stand MESH     hollow MESH so that it stands as safely as it can; writes MESH_stand.stl\n"
     "  rayrep verify MESH    judge a hollowed mesh: does it float upright?\n"
     "  rayrep inspect MESH   size, volume, mass, inertia and defects of MESH\n"
     "\n"
@@ -31,7 +33,9 @@ constexpr const char* kOverview =
 
 /// Raw values as given; what is absent has its default.
 struct Raw {
-  std::string input, unit, up, material, output, original, report;
+  std::string input, unit, up, material, output, original, report, point, centre, objective, bounds, prefer, target;
+  double contact = 0;
+  double lambda = 0, gamma_c = 0, gamma_i = 0;
   double size = 0, density = 0, fluid = 0, waterline = 0, submerged = 0, wall = 0;
   int resolution = 0, threads = 0;
 };
@@ -63,6 +67,43 @@ po::options_description float_options(Raw& raw) {
   return options;
 }
 
+po::options_description spin_options(Raw& raw) {
+  po::options_description options("Spinning");
+  auto add = options.add_options();
+  add("point", po::value(&raw.point)->value_name("P")->default_value("lowest"),
+      "contact point: lowest, com (below the solid's centre of mass), X,Y (where that axis leaves the mesh below) or X,Y,Z");
+  add("yoyo", "a yo-yo: no tip, the centre of mass at --center");
+  add("center", po::value(&raw.centre)->value_name("X,Y,Z"), "of a yo-yo (default: middle of the bounding box)");
+  add("prefer", po::value(&raw.prefer)->value_name("AXIS")->default_value("largest"), "largest or smallest principal moment");
+  add("objective", po::value(&raw.objective)->value_name("NAME")->default_value("rayreps"),
+      "rayreps (Wu 2016) or spinit (Baecher 2014)");
+  add("lambda", po::value(&raw.lambda)->value_name("W")->default_value(0.1, "0.1"),
+      "rayreps: weight of the centre of mass's height");
+  add("gamma-c", po::value(&raw.gamma_c)->value_name("W")->default_value(1.0, "1"), "spinit: weight of its static moment squared");
+  add("gamma-i", po::value(&raw.gamma_i)->value_name("W")->default_value(1.0, "1"), "weight of the inertia ratio");
+  add("bounds", po::value(&raw.bounds)->value_name("B")->default_value("complete"),
+      "segments on a ray: complete, or paper (around its middle)");
+  add_material_options(options, raw);
+  add("wall", po::value(&raw.wall)->value_name("MM")->default_value(1.2, "1.2"), "smallest wall thickness");
+  add("resolution", po::value(&raw.resolution)->value_name("N")->default_value(100), "rays along the longest side, 20 to 1000");
+  return options;
+}
+
+po::options_description stand_options(Raw& raw) {
+  po::options_description options("Standing");
+  auto add = options.add_options();
+  add("target", po::value(&raw.target)->value_name("X,Y,Z"),
+      "where the centre of mass shall be, seen from above (default: the safest point of the support)");
+  add("objective", po::value(&raw.objective)->value_name("NAME")->default_value("lowest"),
+      "lowest: the lowest centre of mass; tip-angle: the largest smallest tipping angle");
+  add("contact", po::value(&raw.contact)->value_name("MM"),
+      "what lies this little above the lowest point touches the ground (default: 0.01 mm or 1e-4 of the height)");
+  add_material_options(options, raw);
+  add("wall", po::value(&raw.wall)->value_name("MM")->default_value(1.2, "1.2"), "smallest wall thickness");
+  add("resolution", po::value(&raw.resolution)->value_name("N")->default_value(200), "rays along the longest side, 20 to 1000");
+  return options;
+}
+
 void add_common(po::options_description& options, Raw& raw, bool with_report) {
   auto add = options.add_options();
   if (with_report) add("report", po::value(&raw.report)->value_name("FILE"), "write everything to a JSON file");
@@ -80,11 +121,13 @@ std::string text_of(const po::options_description& options) {
 }
 
 /// "--up -y" as "--up=-y": the parser would take a value that begins with a dash for an option.
-std::vector<std::string> join_directions(int argc, const char* const* argv, int first) {
+std::vector<std::string> join_vectors(int argc, const char* const* argv, int first) {
   std::vector<std::string> arguments;
   for (int n = first; n < argc; ++n) {
     arguments.emplace_back(argv[n]);
-    if (arguments.back() == "--up" && n + 1 < argc) arguments.back() += std::string("=") + argv[++n];
+    const std::string& name = arguments.back();
+    if ((name == "--up" || name == "--point" || name == "--center" || name == "--target") && n + 1 < argc)
+      arguments.back() += std::string("=") + argv[++n];
   }
   return arguments;
 }
@@ -99,6 +142,53 @@ std::string shown(const T& value) {
 void require_positive(const char* name, double value) {
   if (!(value > 0) || !std::isfinite(value))
     usage_error(std::string("--") + name + " must be a positive number; it is " + shown(value) + ".");
+}
+
+/// "1,-2" or "1,-2,3.5". @throws Error{usage}
+std::vector<double> parse_numbers(const char* name, const std::string& text) {
+  std::vector<double> numbers;
+  std::istringstream in(text);
+  for (std::string part; std::getline(in, part, ',');) {
+    std::istringstream one(part);
+    double value = 0;
+    if (!(one >> value) || one.peek() != EOF || !std::isfinite(value))
+      usage_error(std::string("--") + name + " does not take '" + text + "'.");
+    numbers.push_back(value);
+  }
+  return numbers;
+}
+
+void read_spin_options(const Raw& raw, bool yoyo, Options& options) {
+  options.yoyo = yoyo;
+  if (!raw.centre.empty()) {
+    if (!yoyo) usage_error("--center belongs to --yoyo; a top has a --point.");
+    const std::vector<double> c = parse_numbers("center", raw.centre);
+    if (c.size() != 3) usage_error("--center takes X,Y,Z; it is '" + raw.centre + "'.");
+    options.centre_mm = Eigen::Vector3d(c[0], c[1], c[2]);
+  }
+  if (raw.point == "com") {
+    options.axis.through = SpinAxis::Through::centre_of_mass;
+  } else if (raw.point != "lowest") {
+    const std::vector<double> c = parse_numbers("point", raw.point);
+    if (c.size() != 2 && c.size() != 3) usage_error("--point takes lowest, com, X,Y or X,Y,Z; it is '" + raw.point + "'.");
+    options.axis.through = SpinAxis::Through::point;
+    options.axis.leaves_below = c.size() == 2;
+    options.axis.point_mm = Eigen::Vector3d(c[0], c[1], c.size() == 3 ? c[2] : 0);
+    if (options.axis.leaves_below && std::abs(options.up.normalized().z()) < 1 - 1e-12)
+      usage_error("--point X,Y needs the up direction z or -z; give X,Y,Z.");
+  }
+  const auto choose = [](const char* name, const std::string& text, const char* first, const char* second) {
+    if (text != first && text != second)
+      usage_error(std::string("--") + name + " is " + first + " or " + second + "; it is '" + text + "'.");
+    return text == first;
+  };
+  options.largest = choose("prefer", raw.prefer, "largest", "smallest");
+  options.bounds = choose("bounds", raw.bounds, "complete", "paper") ? SegmentBounds::complete : SegmentBounds::paper;
+  const bool rayreps = choose("objective", raw.objective, "rayreps", "spinit");
+  for (const auto& [name, weight] : {std::pair{"lambda", raw.lambda}, {"gamma-c", raw.gamma_c}, {"gamma-i", raw.gamma_i}})
+    if (!(weight >= 0) || !std::isfinite(weight)) usage_error(std::string("--") + name + " must not be negative.");
+  options.weights = {.lambda = rayreps ? raw.lambda : 0, .gamma_c = rayreps ? 0 : raw.gamma_c, .gamma_i = raw.gamma_i};
+  if (yoyo) options.weights.lambda = options.weights.gamma_c = 0;
 }
 
 }  // namespace
@@ -146,6 +236,22 @@ Options parse_command_line(int argc, const char* const* argv) {
                         "where to write: .stl .obj .ply .3mf (default MESH_float.stl)");
     add_common(files, raw, true);
     all.add(shape_options(raw)).add(building).add(files);
+  } else if (word == "spin") {
+    options.command = Command::spin;
+    headline = "rayrep spin MESH [options]: hollow MESH so that it spins about the up direction.\n\n";
+    po::options_description files("Files");
+    files.add_options()("output,o", po::value(&raw.output)->value_name("FILE"),
+                        "where to write: .stl .obj .ply .3mf (default MESH_spin.stl)");
+    add_common(files, raw, true);
+    all.add(shape_options(raw)).add(spin_options(raw)).add(files);
+  } else if (word == "stand") {
+    options.command = Command::stand;
+    headline = "rayrep stand MESH [options]: hollow MESH so that it stands with the up direction up.\n\n";
+    po::options_description files("Files");
+    files.add_options()("output,o", po::value(&raw.output)->value_name("FILE"),
+                        "where to write: .stl .obj .ply .3mf (default MESH_stand.stl)");
+    add_common(files, raw, true);
+    all.add(shape_options(raw)).add(stand_options(raw)).add(files);
   } else if (word == "verify") {
     options.command = Command::verify;
     headline =
@@ -165,7 +271,7 @@ Options parse_command_line(int argc, const char* const* argv) {
     add_common(output, raw, false);
     all.add(shape_options(raw)).add(output);
   } else {
-    usage_error("There is no command '" + word + "'. Known: float, verify, inspect; 'rayrep --help' says more.");
+    usage_error("There is no command '" + word + "'. Known: float, spin, stand, verify, inspect; 'rayrep --help' says more.");
   }
 
   po::options_description hidden;
@@ -177,7 +283,7 @@ Options parse_command_line(int argc, const char* const* argv) {
   po::variables_map given;
   try {
     namespace style = po::command_line_style;
-    po::store(po::command_line_parser(join_directions(argc, argv, 2))
+    po::store(po::command_line_parser(join_vectors(argc, argv, 2))
                   .options(accepted)
                   .positional(positional)
                   .style(style::unix_style & ~style::allow_guessing)
@@ -214,10 +320,14 @@ Options parse_command_line(int argc, const char* const* argv) {
   options.quiet = given.count("quiet") > 0;
   options.verbose = given.count("verbose") > 0;
   if (options.command != Command::inspect) {
-    options.fluid_g_cm3 = raw.fluid;
-    require_positive("fluid", raw.fluid);
     options.wall_mm = raw.wall;
     require_positive("wall", raw.wall);
+    options.report = raw.report;
+  }
+  if (options.command == Command::spin) read_spin_options(raw, given.count("yoyo") > 0, options);
+  if (options.command == Command::float_upright || options.command == Command::verify) {
+    options.fluid_g_cm3 = raw.fluid;
+    require_positive("fluid", raw.fluid);
     if (given.count("waterline") && given.count("submerged")) usage_error("Give either --waterline or --submerged, not both.");
     if (given.count("waterline")) {
       require_positive("waterline", raw.waterline);
@@ -228,14 +338,31 @@ Options parse_command_line(int argc, const char* const* argv) {
         usage_error("--submerged must lie between 0 and 1; it is " + shown(raw.submerged) + ".");
       options.submerged_fraction = raw.submerged;
     }
-    options.report = raw.report;
   }
-  if (options.command == Command::float_upright) {
+  if (options.command == Command::stand) {
+    if (raw.objective != "lowest" && raw.objective != "tip-angle")
+      usage_error("--objective is lowest or tip-angle; it is '" + raw.objective + "'.");
+    options.tip_angle = raw.objective == "tip-angle";
+    if (!raw.target.empty()) {
+      const std::vector<double> t = parse_numbers("target", raw.target);
+      if (t.size() != 3) usage_error("--target takes X,Y,Z; it is '" + raw.target + "'.");
+      options.target_mm = Eigen::Vector3d(t[0], t[1], t[2]);
+    }
+    if (given.count("contact")) {
+      require_positive("contact", raw.contact);
+      options.contact_mm = raw.contact;
+    }
+  }
+  if (options.command == Command::float_upright || options.command == Command::spin || options.command == Command::stand) {
     if (raw.resolution < 20 || raw.resolution > 1000)
       usage_error("--resolution must lie between 20 and 1000; it is " + shown(raw.resolution) + ".");
     options.resolution = raw.resolution;
-    options.output = raw.output.empty() ? std::filesystem::path(options.input.stem().string() + "_float.stl")
-                                        : std::filesystem::path(raw.output);
+    options.output =
+        raw.output.empty()
+            ? std::filesystem::path(options.input.stem().string() + (options.command == Command::spin    ? "_spin.stl"
+                                                                     : options.command == Command::stand ? "_stand.stl"
+                                                                                                         : "_float.stl"))
+            : std::filesystem::path(raw.output);
     if (!can_write(options.output))
       usage_error("Cannot tell what to write from the name '" + options.output.string() + "': end it in .stl, .obj, .ply or .3mf.");
   }
@@ -255,7 +382,26 @@ Options parse_command_line(int argc, const char* const* argv) {
   note("size", options.size_mm ? shown(*options.size_mm) : "as it is");
   note("up", raw.up);
   note("density", shown(options.density_g_cm3));
-  if (options.command != Command::inspect) {
+  if (options.command == Command::stand) {
+    note("target", raw.target.empty() ? "auto" : raw.target);
+    note("objective", raw.objective);
+    note("contact", options.contact_mm ? shown(*options.contact_mm) : "auto");
+    note("wall", shown(options.wall_mm));
+    note("resolution", shown(options.resolution));
+  }
+  if (options.command == Command::spin) {
+    note("point", options.yoyo ? "yo-yo" : raw.point);
+    note("center", raw.centre.empty() ? "auto" : raw.centre);
+    note("prefer", raw.prefer);
+    note("objective", raw.objective);
+    note("lambda", shown(options.weights.lambda));
+    note("gamma-c", shown(options.weights.gamma_c));
+    note("gamma-i", shown(options.weights.gamma_i));
+    note("bounds", raw.bounds);
+    note("wall", shown(options.wall_mm));
+    note("resolution", shown(options.resolution));
+  }
+  if (options.command == Command::float_upright || options.command == Command::verify) {
     note("fluid", shown(options.fluid_g_cm3));
     note("waterline", options.waterline_mm         ? shown(*options.waterline_mm)
                       : options.submerged_fraction ? shown(*options.submerged_fraction) + " of the height"

@@ -7,11 +7,12 @@
 #include <utility>
 #include <vector>
 
+#include "rayrep/hollow.h"
 #include "rayrep/mesh_io.h"
 
 namespace rayrep::tool {
 
-enum class Command { float_upright, verify, inspect, help, version };
+enum class Command { float_upright, spin, stand, verify, inspect, help, version };
 
 /// The command line, parsed and checked as far as that is possible without the mesh.
 struct Options {
@@ -29,6 +30,17 @@ struct Options {
   std::optional<double> submerged_fraction;
   double wall_mm = 1.2;
   int resolution = 200;
+
+  SpinAxis axis;  ///< spin; point_mm is in the file's numbers after --unit and --size
+  bool yoyo = false;
+  std::optional<Eigen::Vector3d> centre_mm;
+  bool largest = true;
+  SpinGoal::Weights weights;
+  SegmentBounds bounds = SegmentBounds::complete;
+
+  std::optional<Eigen::Vector3d> target_mm;  ///< stand
+  bool tip_angle = false;
+  std::optional<double> contact_mm;
 
   std::filesystem::path output;    ///< empty: the default name
   std::filesystem::path original;  ///< verify: the surface that must be unchanged; may be empty

@@ -159,7 +159,8 @@ void refuse_unusable(const ReadMesh& mesh) {
   if (!mesh.checked.report.usable) throw Error(ErrorCode::input, mesh.summary.path + ": " + mesh.checked.report.refusal);
 }
 
-void write_report(const Options& options, const FloatReport& report) {
+template <typename Report>
+void write_report(const Options& options, const Report& report) {
   if (!options.report.empty()) write_text_file(options.report, to_json(report));
 }
 
@@ -183,55 +184,131 @@ FloatReport start_report(const Options& options, const ReadMesh& mesh, const cha
   return report;
 }
 
-void run_float(const Options& options, Stages& stages, const Progress& progress) {
+/// A mesh that can be hollowed, with a note about what may surprise.
+ReadMesh read_solid(const Options& options, const Progress& progress) {
   ReadMesh input = read(options.input, options, {}, progress);
   refuse_unusable(input);
   const MeshReport& check = input.checked.report;
   if (const std::size_t bodies = check.components - check.nested_components; bodies > 1 && !check.self_intersections)
     input.summary.notes.push_back("There are " + std::to_string(bodies) +
                                   " bodies that do not touch each other. All figures treat them as one rigid body.");
+  return input;
+}
 
+HollowOptions hollow_options(const Options& options) {
+  HollowOptions hollow;
+  hollow.up = options.up;
+  hollow.wall_mm = options.wall_mm;
+  hollow.density_g_cm3 = options.density_g_cm3;
+  hollow.resolution = options.resolution;
+  hollow.as_stored = [&options](const Mesh& mesh) { return as_stored(options.output, mesh); };
+  return hollow;
+}
+
+/// Writes the hollowed mesh beside its final place, has it judged as re-read from disk, and puts it in place if it passes.
+/// @param judge  fills report.before and report.after from the delivered mesh
+template <typename Report, typename Judge>
+void deliver(const Options& options, Report& report, const Judge& judge, Stages& stages, const Progress& progress) {
+  HollowResult& hollow = report.result.hollow;
+  report.delivered_triangles = hollow.delivered.triangles.size();
+  progress.begin("write");
+  PendingFile pending(options.output);
+  pending.write(hollow.delivered);
+  hollow.delivered = {};
+
+  progress.begin("verify");
+  judge(read_mesh(pending.path()).mesh);
+  report.timings_s = stages.finish();
+  report.peak_memory_mb = peak_memory_mb();
+  if (!report.after.pass()) {
+    write_report(options, report);
+    if (!options.quiet) std::cout << summary(report, options.verbose);
+    std::string why;
+    for (const std::string& note : report.after.notes) why += " " + note;
+    throw Error(ErrorCode::goal,
+                "The hollowed mesh does not meet the goal (" + failures(report.after) + "); nothing was written." + why);
+  }
+  pending.commit();
+  report.output = options.output.string();
+  write_report(options, report);
+  if (options.quiet) return;
+  char took[32];
+  std::snprintf(took, sizeof took, "%.2f", report.timings_s.back().second);
+  std::cout << summary(report, options.verbose) << "VERIFIED: wrote " << report.output << ", " << report.delivered_triangles
+            << " triangles, in " << took << " s\n";
+}
+
+void run_float(const Options& options, Stages& stages, const Progress& progress) {
+  const ReadMesh input = read_solid(options, progress);
+  const Mesh& solid = input.checked.mesh;
   FloatOptions float_options;
-  float_options.hollow.up = options.up;
-  float_options.hollow.wall_mm = options.wall_mm;
-  float_options.hollow.density_g_cm3 = options.density_g_cm3;
-  float_options.hollow.resolution = options.resolution;
-  float_options.hollow.as_stored = [&options](const Mesh& mesh) { return as_stored(options.output, mesh); };
+  float_options.hollow = hollow_options(options);
   float_options.fluid_g_cm3 = options.fluid_g_cm3;
   float_options.waterline_mm = options.waterline_mm;
   float_options.submerged_fraction = options.submerged_fraction;
   FloatReport report = start_report(options, input, "float");
-  report.result = hollow_float(input.checked.mesh, float_options, progress);
+  report.result = hollow_float(solid, float_options, progress);
   report.hollowed = true;
-  report.output = options.output.string();
-  report.delivered_triangles = report.result.hollow.delivered.triangles.size();
   report.goal.waterline_mm = report.result.waterline_mm;
+  const auto judge = [&](const Mesh& delivered) {
+    report.after = verify_float(delivered, &solid, report.goal, report.limits, progress);
+    report.before = float_state(solid, report.goal, report.limits, true, progress);
+  };
+  deliver(options, report, judge, stages, progress);
+}
 
-  progress.begin("write");
-  PendingFile pending(options.output);
-  pending.write(report.result.hollow.delivered);
-  report.result.hollow.delivered = {};
+void run_spin(const Options& options, Stages& stages, const Progress& progress) {
+  const ReadMesh input = read_solid(options, progress);
+  const Mesh& solid = input.checked.mesh;
+  SpinOptions spin;
+  spin.hollow = hollow_options(options);
+  spin.axis = options.axis;
+  spin.yoyo = options.yoyo;
+  spin.centre_mm = options.centre_mm;
+  spin.largest = options.largest;
+  spin.weights = options.weights;
+  spin.bounds = options.bounds;
+  SpinReport report;
+  report.command = "spin";
+  report.input = input.summary;
+  report.options = options.in_force;
+  report.result = hollow_spin(solid, spin, progress);
+  report.goal.axis = options.up;
+  report.goal.contact_mm = report.result.contact_mm;
+  report.goal.yoyo = options.yoyo;
+  report.goal.prefer = options.largest ? AxisClass::largest : AxisClass::smallest;
+  report.goal.density_g_cm3 = options.density_g_cm3;
+  report.goal.wall_mm = options.wall_mm;
+  const auto judge = [&](const Mesh& delivered) {
+    report.after = verify_spin(delivered, &solid, report.goal, report.limits, progress);
+    report.before = spin_state_of(solid, report.goal, progress);
+  };
+  deliver(options, report, judge, stages, progress);
+}
 
-  progress.begin("verify");
-  const Mesh delivered = read_mesh(pending.path()).mesh;
-  report.after = verify_float(delivered, &input.checked.mesh, report.goal, report.limits, progress);
-  report.before = float_state(input.checked.mesh, report.goal, report.limits, true, progress);
-
-  report.timings_s = stages.finish();
-  report.peak_memory_mb = peak_memory_mb();
-  if (!report.after.pass()) {
-    report.output.clear();
-    write_report(options, report);
-    if (!options.quiet) std::cout << summary(report, options.verbose);
-    throw Error(ErrorCode::goal, "The hollowed mesh does not meet the goal (" + failures(report.after) + "); nothing was written.");
-  }
-  pending.commit();
-  write_report(options, report);
-  if (!options.quiet) {
-    std::cout << summary(report, options.verbose);
-    std::cout << "VERIFIED: wrote " << options.output.string() << ", " << report.delivered_triangles << " triangles";
-    std::printf(", in %.2f s\n", report.timings_s.back().second);
-  }
+void run_stand(const Options& options, Stages& stages, const Progress& progress) {
+  const ReadMesh input = read_solid(options, progress);
+  const Mesh& solid = input.checked.mesh;
+  StandOptions stand;
+  stand.hollow = hollow_options(options);
+  stand.objective = options.tip_angle ? StandOptions::Objective::tip_angle : StandOptions::Objective::lowest;
+  stand.target_mm = options.target_mm;
+  stand.contact_tolerance_mm = options.contact_mm;
+  StandReport report;
+  report.command = "stand";
+  report.input = input.summary;
+  report.options = options.in_force;
+  report.result = hollow_stand(solid, stand, progress);
+  report.goal.up = options.up;
+  report.goal.density_g_cm3 = options.density_g_cm3;
+  report.goal.wall_mm = options.wall_mm;
+  report.goal.contact_tolerance_mm = options.contact_mm;
+  report.goal.target_mm = report.result.target_mm;
+  const auto judge = [&](const Mesh& delivered) {
+    report.after = verify_stand(delivered, &solid, report.goal, report.limits, progress);
+    report.before = stand_state_of(solid, report.goal, progress);
+  };
+  deliver(options, report, judge, stages, progress);
 }
 
 void run_verify(const Options& options, Stages& stages, const Progress& progress) {
@@ -313,6 +390,12 @@ void run(const Options& options, const std::function<bool()>& cancelled) {
   switch (options.command) {
     case Command::float_upright:
       run_float(options, stages, progress);
+      break;
+    case Command::spin:
+      run_spin(options, stages, progress);
+      break;
+    case Command::stand:
+      run_stand(options, stages, progress);
       break;
     case Command::verify:
       run_verify(options, stages, progress);

@@ -1,5 +1,6 @@
 #include "summary.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -62,6 +63,50 @@ void number_row(std::string& text, const char* name, const char* pattern, double
   row(text, name, b, a);
 }
 
+/// Verdict per criterion, notes, solver, and with `verbose` the timings.
+std::string closing(const RunReport& report, const Verdict& verdict, const HollowResult* hollow, bool verbose) {
+  std::string text;
+  for (const Criterion& c : verdict.criteria)
+    text +=
+        format("  %-6s %-58s %12s  (%s %s)\n", c.pass() ? "ok" : "FAILED", c.description.c_str(), value_text(c, c.value).c_str(),
+               c.kind == Criterion::Kind::at_most ? "at most" : "at least", value_text(c, c.limit).c_str());
+  for (const std::string& note : verdict.notes) text += "  note: " + note + "\n";
+  if (hollow) {
+    if (hollow->cast.bad > 0)
+      text += format("  note: %zu of %zu rays did not close and were left solid\n", hollow->cast.bad, hollow->cast.rays);
+    if (hollow->filled_cavities > 0)
+      text += format("  note: cavities too small to print, %zu with %.2g mm3 in all, were filled; the rest makes up for it\n",
+                     hollow->filled_cavities, hollow->filled_mm3);
+    text += format("\n%zu cavit%s; %s: %s, %ld variables, %d iterations in %d pass%s\n", hollow->cavities,
+                   hollow->cavities == 1 ? "y" : "ies", hollow->solve.solver.c_str(), hollow->solve.solver_status.c_str(),
+                   static_cast<long>(hollow->solve.variables), hollow->solver_iterations, hollow->passes,
+                   hollow->passes == 1 ? "" : "es");
+  }
+  if (verbose) {
+    text += "\n";
+    for (const auto& [stage, seconds] : report.timings_s) text += format("  %-10s %8.3f s\n", stage.c_str(), seconds);
+    text += format("  %-10s %8.1f MB\n", "memory", report.peak_memory_mb);
+  }
+  return text;
+}
+
+/// "387 to 412, above 498 rpm"
+std::string speeds(const std::vector<SpeedRange>& ranges) {
+  std::string text;
+  for (const SpeedRange& range : ranges) {
+    text += text.empty() ? "" : ", ";
+    if (!std::isfinite(range.hi_rad_s))
+      text += range.lo_rad_s > 0 ? format("above %.0f", rpm(range.lo_rad_s)) : "any speed";
+    else
+      text += format("%.0f to %.0f", rpm(range.lo_rad_s), rpm(range.hi_rad_s));
+  }
+  return text.empty() ? "none" : text;
+}
+
+const char* class_text(AxisClass axis) {
+  return axis == AxisClass::largest ? "largest" : axis == AxisClass::smallest ? "smallest" : "middle";
+}
+
 }  // namespace
 
 std::string summary(const FloatReport& report, bool verbose) {
@@ -87,29 +132,55 @@ std::string summary(const FloatReport& report, bool verbose) {
   } else {
     text += format("  mass %.3f g, displaced at the waterline %.3f g\n\n", after.body.mass_g, after.displaced_mass_g);
   }
-  for (const Criterion& c : report.after.criteria)
-    text +=
-        format("  %-6s %-52s %12s  (%s %s)\n", c.pass() ? "ok" : "FAILED", c.description.c_str(), value_text(c, c.value).c_str(),
-               c.kind == Criterion::Kind::at_most ? "at most" : "at least", value_text(c, c.limit).c_str());
-  for (const std::string& note : report.after.notes) text += "  note: " + note + "\n";
-  if (report.hollowed) {
-    const HollowResult& hollow = report.result.hollow;
-    if (hollow.cast.bad > 0)
-      text += format("  note: %zu of %zu rays did not close and were left solid\n", hollow.cast.bad, hollow.cast.rays);
-    if (hollow.filled_cavities > 0)
-      text += format("  note: %zu cavities too small to print (%.2f mm3) were filled; the rest makes up for it\n",
-                     hollow.filled_cavities, hollow.filled_mm3);
-    text += format("\n%zu cavit%s; %s: %s, %ld variables, %d iterations in %d pass%s, gap to the proven optimum %.1e\n",
-                   hollow.cavities, hollow.cavities == 1 ? "y" : "ies", hollow.solve.solver.c_str(),
-                   hollow.solve.solver_status.c_str(), static_cast<long>(hollow.solve.variables), hollow.solver_iterations,
-                   hollow.passes, hollow.passes == 1 ? "" : "es", hollow.duality_gap);
-  }
-  if (verbose) {
-    text += "\n";
-    for (const auto& [stage, seconds] : report.timings_s) text += format("  %-10s %8.3f s\n", stage.c_str(), seconds);
-    text += format("  %-10s %8.1f MB\n", "memory", report.peak_memory_mb);
-  }
+  text += closing(report, report.after, report.hollowed ? &report.result.hollow : nullptr, verbose);
+  if (report.hollowed)
+    text += format("centre of mass within %.0e of the lowest possible on these rays (proven by duality)\n",
+                   std::max(std::abs(report.result.hollow.duality_gap), 1e-9));
   return text;
+}
+
+std::string summary(const SpinReport& report, bool verbose) {
+  std::string text = input_text(report.input);
+  const SpinState& before = report.before;
+  const SpinState& after = report.after.state;
+  const Eigen::Vector3d& p = report.goal.contact_mm;
+  text += format("%s at (%.3f, %.3f, %.3f) mm, material %g g/cm3, wall %g mm\n\n", report.goal.yoyo ? "centre" : "contact", p.x(),
+                 p.y(), p.z(), report.goal.density_g_cm3, report.goal.wall_mm);
+  row(text, "", "before (solid)", "after");
+  number_row(text, "mass, g", "%.3f", before.body.mass_g, after.body.mass_g);
+  number_row(text, "centre of mass beside the axis, mm", "%.5f", before.offset_mm, after.offset_mm);
+  if (!report.goal.yoyo) number_row(text, "centre of mass above the contact, mm", "%.3f", before.height_mm, after.height_mm);
+  number_row(text, "axis off the nearest principal axis, degrees", "%.4f", degrees(before.axis_angle_rad),
+             degrees(after.axis_angle_rad));
+  number_row(text, "Izz over the larger lateral moment", "%.4f", before.ratio_larger, after.ratio_larger);
+  number_row(text, "Izz over the smaller lateral moment", "%.4f", before.ratio_smaller, after.ratio_smaller);
+  row(text, "the axis is that of the ... moment", class_text(before.axis_class), class_text(after.axis_class));
+  text += format("  stable speeds after, rpm: %s%s\n\n", speeds(after.sliding).c_str(),
+                 report.goal.yoyo ? "" : (" (sliding tip); " + speeds(after.fixed) + " (fixed tip)").c_str());
+  return text + closing(report, report.after, &report.result.hollow, verbose);
+}
+
+std::string summary(const StandReport& report, bool verbose) {
+  std::string text = input_text(report.input);
+  const StandState& before = report.before;
+  const StandState& after = report.after.state;
+  const Eigen::Vector3d& t = report.result.target_mm;
+  text +=
+      format("target (%.3f, %.3f, %.3f) mm, support of %zu corners and %.1f mm2, material %g g/cm3, wall %g mm\n\n", t.x(), t.y(),
+             t.z(), after.polygon.corners_mm.size(), after.polygon.area_mm2, report.goal.density_g_cm3, report.goal.wall_mm);
+  row(text, "", "before (solid)", "after");
+  number_row(text, "mass, g", "%.3f", before.body.mass_g, after.body.mass_g);
+  number_row(text, "centre of mass beside the target, mm", "%.5f", before.target_offset_mm, after.target_offset_mm);
+  number_row(text, "centre of mass above the ground, mm", "%.3f", before.height_mm, after.height_mm);
+  number_row(text, "smallest tipping angle, degrees", "%.3f", degrees(before.smallest_tipping_angle_rad),
+             degrees(after.smallest_tipping_angle_rad));
+  // Of a round base only the report lists every edge.
+  if (before.tipping_angles_rad.size() == after.tipping_angles_rad.size() && after.tipping_angles_rad.size() <= 12)
+    for (std::size_t n = 0; n < after.tipping_angles_rad.size(); ++n)
+      number_row(text, format("  over edge %zu", n + 1).c_str(), "%.3f", degrees(before.tipping_angles_rad[n]),
+                 degrees(after.tipping_angles_rad[n]));
+  text += "\n";
+  return text + closing(report, report.after, &report.result.hollow, verbose);
 }
 
 std::string summary(const InputSummary& input, double density_g_cm3, double area_mm2, const MassProperties* mass) {

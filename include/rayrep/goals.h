@@ -92,14 +92,15 @@ private:
   double length_;
 };
 
-/// As near to meeting another goal's constraints as can be: minimise |c(s)|^2 without constraints, for a goal whose constraints are
-/// linear in s. Convex. Tells what is attainable when the other goal is not.
-class NearestGoal final : public Goal {
+/// Stand (ray-reps paper, Sec. 3.2, without a prescribed mass): the lowest centre of mass whose plan is a target point:
+///
+///     minimise s_z / (L s_1)   subject to   (s_x - t_x s_1) / (V L) = 0,  (s_y - t_y s_1) / (V L) = 0.   theory.md (27)
+class StandGoal final : public Goal {
 public:
-  /// Keeps a reference to `other`.
-  explicit NearestGoal(const Goal& other) : other_(other) {}
+  /// @param target_mm t, and @param volume_mm3 V and @param length_mm L, which only scale
+  StandGoal(const Eigen::Vector2d& target_mm, double volume_mm3, double length_mm);
 
-  int constraints() const override { return 0; }
+  int constraints() const override { return 2; }
   bool affine() const override { return false; }
   double objective(const Moments& s) const override;
   Moments gradient(const Moments& s) const override;
@@ -109,7 +110,30 @@ public:
   Eigen::Matrix<double, 10, 10> constraint_hessian(const Moments& s, const Eigen::VectorXd& mu) const override;
 
 private:
-  const Goal& other_;
+  Eigen::Vector2d target_;
+  double volume_;
+  double length_;
+};
+
+/// One step of Dinkelbach's iteration for StandGoal: minimise (s_z - h s_1) / (V L) under the same constraints, affine in s. Its
+/// minimum is 0 exactly when h is the lowest height of the centre of mass.
+class LoweringGoal final : public Goal {
+public:
+  LoweringGoal(const Eigen::Vector2d& target_mm, double height_mm, double volume_mm3, double length_mm);
+
+  int constraints() const override { return 2; }
+  bool affine() const override { return true; }
+  double objective(const Moments& s) const override;
+  Moments gradient(const Moments& s) const override;
+  Eigen::Matrix<double, 10, 10> hessian(const Moments& s) const override;
+  Eigen::VectorXd constraint_values(const Moments& s) const override;
+  Eigen::Matrix<double, Eigen::Dynamic, 10> constraint_jacobian(const Moments& s) const override;
+  Eigen::Matrix<double, 10, 10> constraint_hessian(const Moments& s, const Eigen::VectorXd& mu) const override;
+
+private:
+  StandGoal stand_;
+  double height_;
+  double unit_;
 };
 
 }  // namespace rayrep

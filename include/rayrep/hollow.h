@@ -112,6 +112,30 @@ struct SpinResult {
 /// Whether the axis is the largest or smallest principal one, and at which speeds the spin is stable, is for verify_spin to say.
 SpinResult hollow_spin(const Mesh& solid, const SpinOptions& options, const Progress& progress = {});
 
+struct StandOptions {
+  HollowOptions hollow;
+  enum class Objective {
+    lowest,     ///< the lowest centre of mass above the target
+    tip_angle,  ///< the target is moved to where the smallest tipping angle is largest
+  };
+  Objective objective = Objective::lowest;
+  /// Where the centre of mass shall be in plan, in the frame given; none: the safest point of the support polygon. Where tip_angle
+  /// starts.
+  std::optional<Eigen::Vector3d> target_mm;
+  std::optional<double> contact_tolerance_mm;  ///< none: see contact_tolerance_mm()
+};
+
+struct StandResult {
+  HollowResult hollow;
+  Eigen::Vector3d target_mm = Eigen::Vector3d::Zero();  ///< on the ground, in the frame given
+  double objective = 0;                                 ///< StandGoal::objective of the solver's body, last pass
+};
+
+/// Computes the inside of a body so that it stands: the centre of mass above a point of the support polygon, as low as it goes.
+/// @throws as hollow_float; Error{goal} for a body that touches the ground in a point or an edge only, and when the target is out
+/// of reach, with the nearest that can be reached
+StandResult hollow_stand(const Mesh& solid, const StandOptions& options, const Progress& progress = {});
+
 /// The rigid motion that turns `up` to +z, puts the lowest point to z = 0 and centres the box in x and y. Exact (entries 0 and
 /// +-1) for directions along the axes.
 Eigen::Affine3d working_frame(const Mesh& mesh, const Eigen::Vector3d& up);

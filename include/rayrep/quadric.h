@@ -28,4 +28,20 @@ struct QuadricSolution {
 /// Constraints that cannot be met are a result: `converged` is false after 200 evaluations. The bound holds all the same.
 QuadricSolution solve_quadric(const Goal& goal, const RayRep& domain, const Moments& constant);
 
+/// The interior that comes nearest to meeting linear constraints.
+struct NearestSolution {
+  bool converged = false;             ///< to 1e-9 of the distance, or found to be attainable
+  bool attainable = false;            ///< the distance is below the tolerance
+  Moments moments = Moments::Zero();  ///< of the whole body
+  double distance = 0;                ///< |A s|
+  double lower_bound = 0;             ///< proven: no interior on these rays comes nearer
+};
+
+/// Minimises |A s| over all interiors on a ray-rep by Newton's method on the concave dual g(y) = min over interiors of y.(A s) -
+/// |y|^2 / 2, whose inner minimum is material where (A^T y).phi < 0. theory.md (28)
+/// @param A  rows that are linear in z along a ray: no entries for s_zz
+/// @param tolerance  distances below it count as attainable
+NearestSolution nearest_attainable(const Eigen::Matrix<double, Eigen::Dynamic, 10>& A, const RayRep& domain,
+                                   const Moments& constant, double tolerance);
+
 }  // namespace rayrep

@@ -24,26 +24,47 @@ struct InputSummary {
   std::vector<std::string> notes;  ///< of the reader
 };
 
-/// Everything one run of a command found out, for `--report` and the terminal.
-struct FloatReport {
-  std::string command;  ///< "float" or "verify"
+/// What every run of a command tells, for `--report` and the terminal.
+struct RunReport {
+  std::string command;  ///< "float", "spin", "stand" or "verify"
   InputSummary input;
-  std::string output;                                        ///< path; empty for verify
+  std::string output;                                        ///< path; empty when nothing was written
   std::vector<std::pair<std::string, std::string>> options;  ///< as they were in force, by name
+  std::size_t delivered_triangles = 0;
+  std::vector<std::pair<std::string, double>> timings_s;  ///< stage and seconds, in order of first occurrence, then total
+  double peak_memory_mb = 0;
+};
+
+struct FloatReport : RunReport {
   FloatGoalSpec goal;
   FloatLimits limits;
   FloatState before;      ///< the solid; of a verify run: the same as after
   FloatVerdict after;     ///< judged from the file re-read from disk
   bool hollowed = false;  ///< `result` is meaningful
   FloatResult result;
-  std::size_t delivered_triangles = 0;
-  std::vector<std::pair<std::string, double>> timings_s;  ///< stage and seconds, in order of first occurrence, then total
-  double peak_memory_mb = 0;
+};
+
+struct SpinReport : RunReport {
+  SpinGoalSpec goal;
+  SpinLimits limits;
+  SpinState before;   ///< the solid
+  SpinVerdict after;  ///< judged from the file re-read from disk
+  SpinResult result;
+};
+
+struct StandReport : RunReport {
+  StandGoalSpec goal;
+  StandLimits limits;
+  StandState before;   ///< the solid
+  StandVerdict after;  ///< judged from the file re-read from disk
+  StandResult result;
 };
 
 /// JSON text, schema version 1: numbers with all their digits, lengths in mm, masses in g, angles in rad; infinite and undefined
 /// numbers are null.
 std::string to_json(const FloatReport& report);
+std::string to_json(const SpinReport& report);
+std::string to_json(const StandReport& report);
 
 /// JSON text of `rayrep inspect`. `mass` is null for a mesh that is not usable.
 std::string to_json(const InputSummary& input, double density_g_cm3, double area_mm2, const MassProperties* mass);

@@ -24,6 +24,9 @@ struct SolveOptions {
   /// Where the barrier parameter stops. 0 goes to the optimum itself. A small positive value stays on the central path, which is
   /// what programmes with flat optima need to converge at all; the objective is then off by about this times the number of bounds.
   double barrier_target = 0;
+  /// For programmes that are not quadratic: how the barrier parameter goes down. Adaptive takes a third of the iterations on most
+  /// spin problems, monotone converges on some where it does not.
+  bool adaptive_barrier = true;
 };
 
 struct SolveReport {

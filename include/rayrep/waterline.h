@@ -45,10 +45,11 @@ WaterlineState at_waterline(const FloatProblem& problem, double waterline_mm);
 /// @throws Error{interrupted}
 std::optional<double> best_waterline(const FloatProblem& problem, const Progress& progress = {});
 
-/// The smallest horizontal distance between centre of mass and `target_mm` over all interiors of a given mass, by maximising the
-/// support function of the attainable set over directions. theory.md (17). 0 when the target can be reached.
-/// @param material_mm3  volume of the whole body, between that of the shell and that of the solid
-double smallest_offset_mm(const RayRep& inner, const Moments& shell, double material_mm3, const Eigen::Vector2d& target_mm);
+/// The smallest horizontal distance between centre of mass and `target_mm` over all interiors of a given mass or of any mass, by
+/// maximising the support function of the attainable set over directions. theory.md (17). 0 when the target can be reached.
+/// @param material_mm3  volume of the whole body, between that of the shell and that of the solid; none: any
+double smallest_offset_mm(const RayRep& inner, const Moments& shell, std::optional<double> material_mm3,
+                          const Eigen::Vector2d& target_mm);
 
 /// Why a waterline cannot be met, with the numbers and what would make it possible, for a user to read.
 /// @param surface  of the body in the working frame, for trying other walls
