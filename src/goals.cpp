@@ -4,6 +4,10 @@
 
 namespace rayrep {
 
+Eigen::Matrix<double, 10, 10> Goal::constraint_hessian(const Moments&, const Eigen::VectorXd&) const {
+  return Eigen::Matrix<double, 10, 10>::Zero();
+}
+
 FloatGoal::FloatGoal(double material_mm3, const Eigen::Vector2d& centre_of_buoyancy_mm, double length_mm)
     : volume_(material_mm3), length_(length_mm), centre_(centre_of_buoyancy_mm) {
   assert(material_mm3 > 0 && length_mm > 0);
@@ -33,10 +37,6 @@ Eigen::Matrix<double, Eigen::Dynamic, 10> FloatGoal::constraint_jacobian(const M
     J(1 + k, M1) = -centre_[k] / (volume_ * length_);
   }
   return J;
-}
-
-Eigen::Matrix<double, 10, 10> FloatGoal::constraint_hessian(const Moments&, const Eigen::VectorXd&) const {
-  return Eigen::Matrix<double, 10, 10>::Zero();
 }
 
 namespace {
@@ -138,8 +138,6 @@ Eigen::Matrix<double, Eigen::Dynamic, 10> SpinGoal::constraint_jacobian(const Mo
   return J;
 }
 
-Matrix10 SpinGoal::constraint_hessian(const Moments&, const Eigen::VectorXd&) const { return Matrix10::Zero(); }
-
 double SpinGoal::inertia_ratio(const Moments& s) const { return inertia_term(s).value; }
 
 StandGoal::StandGoal(const Eigen::Vector2d& target_mm, double volume_mm3, double length_mm)
@@ -174,8 +172,6 @@ Eigen::Matrix<double, Eigen::Dynamic, 10> StandGoal::constraint_jacobian(const M
   return J;
 }
 
-Matrix10 StandGoal::constraint_hessian(const Moments&, const Eigen::VectorXd&) const { return Matrix10::Zero(); }
-
 LoweringGoal::LoweringGoal(const Eigen::Vector2d& target_mm, double height_mm, double volume_mm3, double length_mm)
     : stand_(target_mm, volume_mm3, length_mm), height_(height_mm), unit_(volume_mm3 * length_mm) {}
 
@@ -194,10 +190,6 @@ Eigen::VectorXd LoweringGoal::constraint_values(const Moments& s) const { return
 
 Eigen::Matrix<double, Eigen::Dynamic, 10> LoweringGoal::constraint_jacobian(const Moments& s) const {
   return stand_.constraint_jacobian(s);
-}
-
-Matrix10 LoweringGoal::constraint_hessian(const Moments& s, const Eigen::VectorXd& mu) const {
-  return stand_.constraint_hessian(s, mu);
 }
 
 }  // namespace rayrep

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 
@@ -15,15 +14,10 @@
 #include "rayrep/ray_interior.h"
 #include "rayrep/support_polygon.h"
 #include "rayrep/waterline.h"
+#include "text.h"
 
 namespace rayrep {
 namespace {
-
-std::string number(double value, int digits) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
-  return text;
-}
 
 void require(bool holds, const std::string& message) {
   if (!holds) throw Error(ErrorCode::usage, message);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <vector>
@@ -10,6 +9,7 @@
 #include "rayrep/goals.h"
 #include "rayrep/inner_domain.h"
 #include "rayrep/ray_interior.h"
+#include "text.h"
 
 namespace rayrep {
 namespace {
@@ -18,12 +18,6 @@ constexpr int kScanSteps = 80;
 
 /// Part of the hull that a searched waterline leaves dry: a print a little heavier than planned must not sink.
 constexpr double kReserveBuoyancy = 0.05;
-
-std::string number(double value, int digits) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
-  return text;
-}
 
 double grams(double volume_mm3, double density_g_cm3) { return volume_mm3 * density_g_cm3 / 1000; }
 

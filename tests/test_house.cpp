@@ -34,6 +34,7 @@ const std::map<std::string, Unit> kUnits = {
     {"block_field", {0, {}}},
     {"materials", {0, {"error"}}},
     {"predicates", {0, {}}},
+    {"text", {0, {}}},
     // 1: files and physics of triangles
     {"mesh_io", {1, {"mesh_io_detail"}}},
     {"mesh_io_detail", {1, {"mesh_io"}}},

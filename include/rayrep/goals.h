@@ -22,8 +22,8 @@ public:
 
   virtual Eigen::VectorXd constraint_values(const Moments& s) const = 0;
   virtual Eigen::Matrix<double, Eigen::Dynamic, 10> constraint_jacobian(const Moments& s) const = 0;
-  /// Hessian of mu.c(s).
-  virtual Eigen::Matrix<double, 10, 10> constraint_hessian(const Moments& s, const Eigen::VectorXd& mu) const = 0;
+  /// Hessian of mu.c(s); zero, as for linear constraints, unless overridden.
+  virtual Eigen::Matrix<double, 10, 10> constraint_hessian(const Moments& s, const Eigen::VectorXd& mu) const;
 };
 
 /// Float upright (ray-reps paper, Eq. 3-6): the lowest centre of mass such that the body weighs what it displaces and its centre of
@@ -46,7 +46,6 @@ public:
   Eigen::Matrix<double, 10, 10> hessian(const Moments& s) const override;
   Eigen::VectorXd constraint_values(const Moments& s) const override;
   Eigen::Matrix<double, Eigen::Dynamic, 10> constraint_jacobian(const Moments& s) const override;
-  Eigen::Matrix<double, 10, 10> constraint_hessian(const Moments& s, const Eigen::VectorXd& mu) const override;
 
 private:
   double volume_;
@@ -79,7 +78,6 @@ public:
   Eigen::Matrix<double, 10, 10> hessian(const Moments& s) const override;
   Eigen::VectorXd constraint_values(const Moments& s) const override;
   Eigen::Matrix<double, Eigen::Dynamic, 10> constraint_jacobian(const Moments& s) const override;
-  Eigen::Matrix<double, 10, 10> constraint_hessian(const Moments& s, const Eigen::VectorXd& mu) const override;
 
   /// R, the inertia term alone.
   double inertia_ratio(const Moments& s) const;
@@ -107,7 +105,6 @@ public:
   Eigen::Matrix<double, 10, 10> hessian(const Moments& s) const override;
   Eigen::VectorXd constraint_values(const Moments& s) const override;
   Eigen::Matrix<double, Eigen::Dynamic, 10> constraint_jacobian(const Moments& s) const override;
-  Eigen::Matrix<double, 10, 10> constraint_hessian(const Moments& s, const Eigen::VectorXd& mu) const override;
 
 private:
   Eigen::Vector2d target_;
@@ -128,7 +125,6 @@ public:
   Eigen::Matrix<double, 10, 10> hessian(const Moments& s) const override;
   Eigen::VectorXd constraint_values(const Moments& s) const override;
   Eigen::Matrix<double, Eigen::Dynamic, 10> constraint_jacobian(const Moments& s) const override;
-  Eigen::Matrix<double, 10, 10> constraint_hessian(const Moments& s, const Eigen::VectorXd& mu) const override;
 
 private:
   StandGoal stand_;
