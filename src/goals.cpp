@@ -172,24 +172,4 @@ Eigen::Matrix<double, Eigen::Dynamic, 10> StandGoal::constraint_jacobian(const M
   return J;
 }
 
-LoweringGoal::LoweringGoal(const Eigen::Vector2d& target_mm, double height_mm, double volume_mm3, double length_mm)
-    : stand_(target_mm, volume_mm3, length_mm), height_(height_mm), unit_(volume_mm3 * length_mm) {}
-
-double LoweringGoal::objective(const Moments& s) const { return (s[MZ] - height_ * s[M1]) / unit_; }
-
-Moments LoweringGoal::gradient(const Moments&) const {
-  Moments g = Moments::Zero();
-  g[MZ] = 1 / unit_;
-  g[M1] = -height_ / unit_;
-  return g;
-}
-
-Matrix10 LoweringGoal::hessian(const Moments&) const { return Matrix10::Zero(); }
-
-Eigen::VectorXd LoweringGoal::constraint_values(const Moments& s) const { return stand_.constraint_values(s); }
-
-Eigen::Matrix<double, Eigen::Dynamic, 10> LoweringGoal::constraint_jacobian(const Moments& s) const {
-  return stand_.constraint_jacobian(s);
-}
-
 }  // namespace rayrep

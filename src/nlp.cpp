@@ -20,11 +20,12 @@ InteriorNlp::InteriorNlp(const Goal& goal, const Interior& interior, const Momen
     : goal_(goal),
       interior_(interior),
       constant_(constant),
-      length_(scale.length_mm),
+      variable_unit_(interior.variable_unit(scale.length_mm)),
       fill_(fill),
       n_(static_cast<double>(interior.variables())),
-      pairs_(interior.ordered_pairs()) {
-  for (int k = 0; k < 10; ++k) unit_[k] = scale.volume_mm3 * std::pow(length_, kDegree[k]) / n_;
+      pairs_(interior.ordered_pairs()),
+      couplings_(interior.couplings()) {
+  for (int k = 0; k < 10; ++k) unit_[k] = scale.volume_mm3 * std::pow(scale.length_mm, kDegree[k]) / n_;
   // A moment takes part when a constraint or a curved objective depends on it. Dependence does not change with s.
   const Moments s = constant_ + interior_.moments(interior_.start(fill));
   Moments used = goal_.constraint_jacobian(s).cwiseAbs().colwise().sum().transpose();
@@ -44,13 +45,13 @@ Eigen::Index InteriorNlp::constraints() const {
 
 Eigen::VectorXd InteriorNlp::lower_bounds() const {
   Eigen::VectorXd lo = Eigen::VectorXd::Constant(variables(), -std::numeric_limits<double>::infinity());
-  lo.head(interior_.variables()) = interior_.lower_bounds() / length_;
+  lo.head(interior_.variables()) = interior_.lower_bounds() / variable_unit_;
   return lo;
 }
 
 Eigen::VectorXd InteriorNlp::upper_bounds() const {
   Eigen::VectorXd hi = Eigen::VectorXd::Constant(variables(), std::numeric_limits<double>::infinity());
-  hi.head(interior_.variables()) = interior_.upper_bounds() / length_;
+  hi.head(interior_.variables()) = interior_.upper_bounds() / variable_unit_;
   return hi;
 }
 
@@ -60,7 +61,9 @@ Eigen::VectorXd InteriorNlp::constraint_upper_bounds() const {
   return upper;
 }
 
-Eigen::VectorXd InteriorNlp::interior_variables(const Eigen::VectorXd& x) const { return length_ * x.head(interior_.variables()); }
+Eigen::VectorXd InteriorNlp::interior_variables(const Eigen::VectorXd& x) const {
+  return variable_unit_ * x.head(interior_.variables());
+}
 
 Moments InteriorNlp::body(const Eigen::VectorXd& x) const { return constant_ + interior_.moments(interior_variables(x)); }
 
@@ -77,7 +80,7 @@ Moments InteriorNlp::last_sum(const Eigen::VectorXd& x) const {
 Eigen::VectorXd InteriorNlp::start() const {
   const Eigen::VectorXd z = interior_.start(fill_);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(variables());
-  x.head(z.size()) = z / length_;
+  x.head(z.size()) = z / variable_unit_;
   // Sums that satisfy the chain at z.
   const Eigen::VectorXd residual = constraint_values(x);
   for (Eigen::Index c = 0; c < chunks(); ++c)
@@ -88,7 +91,11 @@ Eigen::VectorXd InteriorNlp::start() const {
   return x;
 }
 
-double InteriorNlp::objective(const Eigen::VectorXd& x) const { return n_ * goal_.objective(last_sum(x)); }
+double InteriorNlp::objective(const Eigen::VectorXd& x) const {
+  double pulls = 0;
+  for (const auto& [i, j, weight] : couplings_) pulls += 0.5 * weight * std::pow(variable_unit_ * (x[i] - x[j]), 2);
+  return n_ * (goal_.objective(last_sum(x)) + pulls);
+}
 
 Eigen::VectorXd InteriorNlp::gradient(const Eigen::VectorXd& x) const {
   Eigen::VectorXd g = Eigen::VectorXd::Zero(variables());
@@ -96,11 +103,16 @@ Eigen::VectorXd InteriorNlp::gradient(const Eigen::VectorXd& x) const {
   if (goal_.affine()) {
     Moments direct = by_s;
     for (const int moment : chained_) direct[moment] = 0;
-    g.head(interior_.variables()) = length_ * (interior_.jacobian(interior_variables(x)).transpose() * direct);
+    g.head(interior_.variables()) = variable_unit_ * (interior_.jacobian(interior_variables(x)).transpose() * direct);
   }
   for (Eigen::Index k = 0; k < chained(); ++k) {
     const int moment = chained_[static_cast<std::size_t>(k)];
     g[g.size() - chained() + k] = by_s[moment] * unit_[moment];
+  }
+  for (const auto& [i, j, weight] : couplings_) {
+    const double pull = n_ * weight * variable_unit_ * variable_unit_ * (x[i] - x[j]);
+    g[i] += pull;
+    g[j] -= pull;
   }
   return g;
 }
@@ -158,7 +170,7 @@ Eigen::VectorXd InteriorNlp::jacobian_values(const Eigen::VectorXd& x) const {
       values.push_back(1);
       if (chunk > 0) values.push_back(-1);
       for (Eigen::Index v = chunk * kChunk; v < std::min(z.size(), (chunk + 1) * kChunk); ++v)
-        values.push_back(-length_ * J(moment, v) / unit_[moment]);
+        values.push_back(-variable_unit_ * J(moment, v) / unit_[moment]);
     }
   const Eigen::Matrix<double, Eigen::Dynamic, 10> C = goal_.constraint_jacobian(last_sum(x));
   for (Eigen::Index row = 0; row < C.rows(); ++row)
@@ -178,6 +190,7 @@ Nlp::Pattern InteriorNlp::hessian_pattern() const {
     for (int k = 0; k < static_cast<int>(chained()); ++k)
       for (int l = 0; l <= k; ++l) pattern.emplace_back(first + k, first + l);
   }
+  for (const auto& [i, j, weight] : couplings_) pattern.emplace_back(std::max(i, j), std::min(i, j));
   return pattern;
 }
 
@@ -198,8 +211,13 @@ Eigen::VectorXd InteriorNlp::hessian_values(const Eigen::VectorXd& x, double obj
     }
     const Eigen::Index first = chunk * kChunk;
     const Eigen::Index count = std::min(kChunk, z.size() - first);
-    const Eigen::VectorXd h = length_ * length_ * interior_.hessian_diagonal(z, w, first, count);
+    const Eigen::VectorXd h = variable_unit_ * variable_unit_ * interior_.hessian_diagonal(z, w, first, count);
     values.insert(values.end(), h.data(), h.data() + h.size());
+  }
+  const double pull = objective_factor * n_ * variable_unit_ * variable_unit_;
+  for (const auto& [i, j, weight] : couplings_) {
+    values[static_cast<std::size_t>(i)] += pull * weight;
+    values[static_cast<std::size_t>(j)] += pull * weight;
   }
   if (!goal_.affine()) {
     const Eigen::VectorXd goal_mu = mu.segment(chunks() * chained(), goal_.constraints());
@@ -207,6 +225,7 @@ Eigen::VectorXd InteriorNlp::hessian_values(const Eigen::VectorXd& x, double obj
     for (std::size_t k = 0; k < chained_.size(); ++k)
       for (std::size_t l = 0; l <= k; ++l) values.push_back(H(chained_[k], chained_[l]) * unit_[chained_[k]] * unit_[chained_[l]]);
   }
+  for (const auto& [i, j, weight] : couplings_) values.push_back(-pull * weight);
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 

@@ -1,236 +1,416 @@
 #include "rayrep/quadric.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <functional>
 #include <limits>
-
-#include "rayrep/ray_interior.h"
 
 namespace rayrep {
 namespace {
 
-using Vector4 = Eigen::Vector4d;  // over phi = (1, x, y, z)
+using Matrix10 = Eigen::Matrix<double, 10, 10>;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// One pass over the rays at the plane q.phi = 0: moments of the material below it and, where the plane cuts a ray inside its
-/// interval, the sum of psi psi^T with psi = (1, x, y).
-struct Pass {
-  Vector4 moments = Vector4::Zero();
-  Eigen::Matrix3d free = Eigen::Matrix3d::Zero();
-};
-
-Pass fill_below(const RayRep& domain, const Vector4& q) {
-  Pass pass;
-  for (std::size_t ray = 0; ray < domain.grid.size(); ++ray) {
-    if (domain.first[ray] == domain.first[ray + 1]) continue;
-    const Eigen::Vector2d xy = domain.grid.at(ray);
-    const double plane = -(q[0] + q[1] * xy.x() + q[2] * xy.y()) / q[3];
-    const Eigen::Vector3d psi(1, xy.x(), xy.y());
-    double length = 0;
-    for (std::uint32_t n = domain.first[ray]; n < domain.first[ray + 1]; ++n) {
-      const Interval& interval = domain.intervals[n];
-      if (plane <= interval.lo) break;
-      const double z1 = std::min(plane, interval.hi);
-      length += z1 - interval.lo;
-      pass.moments[3] += 0.5 * (z1 - interval.lo) * (z1 + interval.lo);
-      if (plane < interval.hi) pass.free += psi * psi.transpose();
-    }
-    pass.moments.head<3>() += length * psi;
+/// A goal over rays with moments in units that make them of order 1; q in the inverse units, so that q.s is the same number.
+class Problem {
+public:
+  Problem(const Goal& goal, const RayIntegrals& rays, const Moments& constant) : goal_(goal), rays_(rays), constant_(constant) {
+    const Moments solid = constant + rays.full();
+    const double volume = std::abs(solid[M1]);
+    // The second moments give a length that does not depend on where the origin is.
+    const Eigen::Vector3d centre = solid.segment<3>(MX) / solid[M1];
+    const double length = std::sqrt(std::max(std::abs(solid.segment<3>(MXX).sum() / solid[M1]), centre.squaredNorm()));
+    for (int k = 0; k < 10; ++k) unit_[k] = volume * std::pow(length, k == M1 ? 0 : k <= MZ ? 1 : 2);
+    J_ = goal.constraint_jacobian(solid) * unit_.asDiagonal();
+    c_0_ = goal.constraint_values(Moments::Zero());
   }
-  pass.moments *= domain.grid.cell_area_mm2();
-  pass.free *= domain.grid.cell_area_mm2();
-  return pass;
-}
 
-/// The affine goal restricted to (s_1, s_x, s_y, s_z).
-struct AffineGoal {
-  Vector4 gradient;
-  double objective_0;
-  Eigen::Matrix<double, Eigen::Dynamic, 4> C;
-  Eigen::VectorXd c_0;
+  struct Evaluation {
+    Moments s;        ///< constant + S(q)
+    Matrix10 spread;  ///< -ds/dq
+  };
+  Evaluation evaluate(const Moments& q, double blur) {
+    ++evaluations_;
+    const RayIntegrals::Pass pass = rays_.pass(q.cwiseQuotient(unit_), blur);
+    return {scaled(constant_ + pass.moments), unit_.cwiseInverse().asDiagonal() * pass.spread * unit_.cwiseInverse().asDiagonal()};
+  }
+  /// min over all interiors of q.s
+  double lowest(const Moments& q) {
+    ++evaluations_;
+    return q.dot(scaled(constant_ + rays_.moments(q.cwiseQuotient(unit_))));
+  }
+
+  Moments scaled(const Moments& s) const { return s.cwiseQuotient(unit_); }
+  Moments in_mm(const Moments& s) const { return s.cwiseProduct(unit_); }
+  Moments q_in_mm(const Moments& q) const { return q.cwiseQuotient(unit_); }
+
+  double objective(const Moments& s) const { return goal_.objective(in_mm(s)); }
+  Moments gradient(const Moments& s) const { return goal_.gradient(in_mm(s)).cwiseProduct(unit_); }
+  Matrix10 hessian(const Moments& s) const { return unit_.asDiagonal() * goal_.hessian(in_mm(s)) * unit_.asDiagonal(); }
+  const Eigen::MatrixXd& J() const { return J_; }
+  Eigen::VectorXd constraints(const Moments& s) const { return c_0_ + J_ * s; }
+  const Eigen::VectorXd& c_0() const { return c_0_; }
+
+  /// The middle of all attainable moments: every ray half full.
+  Moments centre() const { return scaled(constant_ + 0.5 * rays_.full()); }
+  Moments solid() const { return scaled(constant_ + rays_.full()); }
+  int evaluations() const { return evaluations_; }
+
+private:
+  const Goal& goal_;
+  const RayIntegrals& rays_;
+  Moments constant_;
+  Moments unit_;
+  Eigen::MatrixXd J_;
+  Eigen::VectorXd c_0_;
+  int evaluations_ = 0;
 };
 
-AffineGoal restrict(const Goal& goal, const Moments& constant) {
-  assert(goal.affine());
-  const Moments g = goal.gradient(constant);
-  const auto J = goal.constraint_jacobian(constant);
-  assert(g[MZ] > 0 && g.tail<6>().isZero() && J.rightCols<6>().isZero() && J.col(MZ).isZero());
-  return {g.head<4>(), goal.objective(constant), J.leftCols<4>(), goal.constraint_values(constant)};
+/// How far to blur the derivative where rays are tangent to the quadric: as far as q is on the move.
+double blur(const Moments& q, const Moments* before) {
+  return before ? 1e-3 * std::min(1.0, (q - *before).norm() / q.norm()) : 1e-7;
 }
 
-/// Dual value, its gradient (the constraints' values) and Hessian at mu.
+/// max over u of  min over interiors s of [ (q_0 + K^T u).s ] - e.u - u.diag(w).u / 2:  the dual of
+/// min over s of  q_0.s  subject to  K s = e + diag(w) u.
 struct Dual {
-  double value = 0;
-  Eigen::VectorXd residual;
-  Eigen::MatrixXd hessian;
+  Moments q_0;
+  Eigen::MatrixXd K;
+  Eigen::VectorXd e, w;
 };
 
-Dual evaluate(const AffineGoal& goal, const RayRep& domain, const Eigen::VectorXd& mu) {
-  const Vector4 q = goal.gradient + goal.C.transpose() * mu;
-  const Pass pass = fill_below(domain, q);
-  Dual dual;
-  dual.residual = goal.c_0 + goal.C * pass.moments;
-  dual.value = goal.objective_0 + goal.gradient.dot(pass.moments) + mu.dot(dual.residual);
-  dual.hessian = goal.C.leftCols<3>() * pass.free * goal.C.leftCols<3>().transpose() / -q[3];
-  return dual;
+struct DualPoint {
+  Eigen::VectorXd u;
+  Moments q;
+  Problem::Evaluation at;
+  double value = -kInfinity;
+  Eigen::VectorXd gradient;
+};
+
+DualPoint dual_at(Problem& problem, const Dual& dual, const Eigen::VectorXd& u, const Moments* before = nullptr) {
+  DualPoint p;
+  p.u = u;
+  p.q = dual.q_0 + dual.K.transpose() * u;
+  p.at = problem.evaluate(p.q, blur(p.q, before));
+  const Eigen::VectorXd wu = dual.w.cwiseProduct(u);
+  p.gradient = dual.K * p.at.s - dual.e - wu;
+  p.value = p.q.dot(p.at.s) - dual.e.dot(u) - 0.5 * u.dot(wu);
+  return p;
 }
 
-}  // namespace
-
-QuadricSolution solve_quadric(const Goal& goal, const RayRep& domain, const Moments& constant) {
-  constexpr int max_evaluations = 200;
-  constexpr double tolerance = 1e-10;
-  const AffineGoal affine = restrict(goal, constant);
-  QuadricSolution solution;
-
-  // The Hessian with every ray cut, to make singular ones definite.
-  Eigen::Matrix3d all = Eigen::Matrix3d::Zero();
-  double lowest = std::numeric_limits<double>::infinity();
-  double highest = -lowest;
-  for (std::size_t ray = 0; ray < domain.grid.size(); ++ray) {
-    const Eigen::Vector2d xy = domain.grid.at(ray);
-    const Eigen::Vector3d psi(1, xy.x(), xy.y());
-    all += static_cast<double>(domain.first[ray + 1] - domain.first[ray]) * psi * psi.transpose();
-  }
-  for (const Interval& interval : domain.intervals) {
-    lowest = std::min(lowest, interval.lo);
-    highest = std::max(highest, interval.hi);
-  }
-  if (domain.intervals.empty()) return solution;
-  const Eigen::MatrixXd H_all =
-      affine.C.leftCols<3>() * all * affine.C.leftCols<3>().transpose() * (domain.grid.cell_area_mm2() / affine.gradient[3]);
-
-  // Where the first constraint fixes the mass, start at the level plane that gives it.
-  Eigen::VectorXd mu = Eigen::VectorXd::Zero(affine.C.rows());
-  if (affine.C(0, M1) != 0 && affine.C.row(0).tail<3>().isZero()) {
-    const double per_height = -affine.gradient[3] / affine.C(0, M1);
-    Interval level{lowest, highest};
-    for (int n = 0; n < 12; ++n) {
-      mu[0] = per_height * level.middle();
-      ++solution.evaluations;
-      (evaluate(affine, domain, mu).residual[0] > 0 ? level.hi : level.lo) = level.middle();
-    }
-  }
-
-  Dual dual = evaluate(affine, domain, mu);
-  double damping = 1e-12;
-  while (solution.evaluations < max_evaluations) {
-    if (dual.residual.cwiseAbs().maxCoeff() < tolerance) {
-      solution.converged = true;
-      break;
-    }
-    const Eigen::VectorXd step = (-dual.hessian + damping * H_all).ldlt().solve(dual.residual);
-    const double slope = dual.residual.dot(step);
-    double length = 1;
-    Dual next;
-    bool accepted = false;
-    for (int cut = 0; cut < 12 && !accepted; ++cut, length *= 0.5) {
-      next = evaluate(affine, domain, mu + length * step);
-      ++solution.evaluations;
-      // Near the top the gain drowns in rounding; there a smaller residual is as good.
-      accepted = next.value >= dual.value + 1e-4 * length * slope || next.residual.norm() < 0.5 * dual.residual.norm();
-      if (accepted) mu += length * step;
-    }
-    if (accepted) {
-      dual = next;
-      damping = std::max(1e-12, 0.1 * damping);
+/// Newton's method with line search from `from`. Stops when `done`, or where rounding leaves no ascent.
+/// @param max_evaluations  of the problem, in total
+DualPoint maximise(Problem& problem, const Dual& dual, DualPoint from, int max_evaluations,
+                   const std::function<bool(const DualPoint&)>& done) {
+  double damping = 0;
+  while (!done(from) && problem.evaluations() < max_evaluations) {
+    Eigen::MatrixXd H = dual.K * from.at.spread * dual.K.transpose();
+    H.diagonal() += dual.w;
+    const double size = H.diagonal().maxCoeff();
+    Eigen::VectorXd step;
+    if (size > 0) {
+      // Multipliers that move no free end have no curvature: damp them, ever less as steps succeed.
+      H.diagonal().array() += size * std::max(damping, 1e-13);
+      step = H.ldlt().solve(from.gradient);
     } else {
-      damping *= 100;
-      if (damping > 1e6) break;
+      // No end is free: go uphill as far as q is long, where some should be.
+      step = from.q.norm() / (dual.K.transpose() * from.gradient).norm() * from.gradient;
+    }
+    const double slope = from.gradient.dot(step);
+    bool moved = false;
+    // A step that changes q out of all recognition is not to be trusted.
+    double length = std::min(1.0, 10 * from.q.norm() / (dual.K.transpose() * step).norm());
+    for (int cut = 0; cut < 10 && !moved && problem.evaluations() < max_evaluations; ++cut) {
+      DualPoint next = dual_at(problem, dual, from.u + length * step, &from.q);
+      // Near the top the gain drowns in rounding; there a smaller gradient is as good.
+      const double rounding = 1e-13 * (std::abs(from.value) + from.u.norm());
+      moved = next.value >= from.value + 1e-4 * length * slope ||
+              (next.value >= from.value - rounding && next.gradient.norm() < 0.5 * from.gradient.norm());
+      if (moved) {
+        from = std::move(next);
+      } else {
+        // The vertex of the parabola through what is known, kept away from both ends.
+        const double loss = from.value + slope * length - next.value;
+        length *= std::clamp(loss > 0 ? 0.5 * slope * length / loss : 0.5, 0.1, 0.5);
+      }
+    }
+    // A step that had to be cut down to next to nothing came from curvature that is not there.
+    if (moved && length > 0.05) {
+      damping *= 0.01;
+    } else {
+      damping = std::max(100 * damping, 1e-10);
+      if (damping > 1e4) break;
     }
   }
-  solution.q = goal.gradient(constant) + goal.constraint_jacobian(constant).transpose() * mu;
-  solution.lower_bound = dual.value;
+  return from;
+}
 
-  RayRep material = domain;
-  for (std::size_t ray = 0; ray < domain.grid.size(); ++ray) {
-    const Eigen::Vector2d xy = domain.grid.at(ray);
-    const double plane = -(solution.q[M1] + solution.q[MX] * xy.x() + solution.q[MY] * xy.y()) / solution.q[MZ];
-    for (std::uint32_t n = domain.first[ray]; n < domain.first[ray + 1]; ++n)
-      material.intervals[n].hi = std::clamp(plane, material.intervals[n].lo, material.intervals[n].hi);
+/// Relative KKT residual of an interior that comes from q = grad F(s) + J^T mu.
+double residual(const Problem& problem, const Moments& s, const Moments& S) {
+  return std::max((S - s).cwiseAbs().maxCoeff(), problem.constraints(S).cwiseAbs().maxCoeff());
+}
+
+void store(const Problem& problem, const Moments& q, const Moments& s, const Eigen::VectorXd& mu, QuadricSolution& solution) {
+  solution.q = problem.q_in_mm(q);
+  solution.multipliers = mu;
+  solution.moments = problem.in_mm(s);
+  solution.objective = problem.objective(s);
+}
+
+/// min over attainable s with c(s) = 0 of q_0.s, by its dual, or a proof that there is no such s.
+struct LinearMinimum {
+  DualPoint top;  ///< its u are the multipliers of c
+  bool converged = false;
+  bool infeasible = false;
+};
+
+LinearMinimum minimise_linear(Problem& problem, const Moments& q_0, const Eigen::VectorXd& mu, double tolerance,
+                              int max_evaluations) {
+  const Dual dual{q_0, problem.J(), -problem.c_0(), Eigen::VectorXd::Zero(problem.J().rows())};
+  // No interior has a larger objective: a dual value above it proves that none meets the constraints.
+  const double highest = -problem.lowest(-q_0);
+  const auto proven = [&](const DualPoint& p) { return p.value > highest + 1e-9 * q_0.norm(); };
+  const auto met = [&](const DualPoint& p) { return p.gradient.cwiseAbs().maxCoeff() < tolerance; };
+  LinearMinimum minimum;
+  minimum.top =
+      maximise(problem, dual, dual_at(problem, dual, mu), max_evaluations, [&](const DualPoint& p) { return met(p) || proven(p); });
+  minimum.converged = met(minimum.top);
+  minimum.infeasible = !minimum.converged && proven(minimum.top);
+  return minimum;
+}
+
+QuadricSolution solve_affine(Problem& problem, const QuadricOptions& options) {
+  QuadricSolution solution;
+  const Moments zero = Moments::Zero();
+  const Eigen::Index m = problem.J().rows();
+  Eigen::VectorXd start = Eigen::VectorXd::Zero(m);
+  if (options.multipliers.size() == m) {
+    start = options.multipliers;
+  } else {
+    // Half full: the mean of q.phi over the inner domain is 0, so that there are free ends.
+    const Moments inner = 2 * (problem.solid() - problem.centre());
+    const Eigen::VectorXd c = problem.J() * inner;
+    if (c.norm() > 1e-6 * inner.norm()) start = -problem.gradient(zero).dot(inner) / c.squaredNorm() * c;
   }
-  solution.moments = constant + ray_moments(material);
-  solution.objective = goal.objective(solution.moments);
+  const LinearMinimum minimum = minimise_linear(problem, problem.gradient(zero), start, options.tolerance, options.max_evaluations);
+  const DualPoint& top = minimum.top;
+  store(problem, top.q, top.at.s, top.u, solution);
+  solution.residual = top.gradient.cwiseAbs().maxCoeff();
+  solution.converged = minimum.converged;
+  solution.lower_bound = problem.objective(zero) + top.value;
+  solution.infeasible = minimum.infeasible;
+  if (minimum.infeasible) solution.separation = top.u;
   return solution;
 }
 
-namespace {
-
-/// One pass at a switching function that is linear in z: moments of the material where it is negative, and minus their derivative
-/// by it.
-struct LinearPass {
-  Moments moments = Moments::Zero();
-  Eigen::Matrix<double, 10, 10> free = Eigen::Matrix<double, 10, 10>::Zero();
+/// A point of the curved problem: s need not be attainable, S(q) is.
+struct KktPoint {
+  Moments s;
+  Eigen::VectorXd mu;
+  Moments q;
+  Problem::Evaluation at;
+  double merit = kInfinity;
 };
 
-LinearPass fill_negative(const RayRep& domain, const Moments& q) {
-  LinearPass pass;
-  RayRep material = domain;
-  for (std::size_t ray = 0; ray < domain.grid.size(); ++ray) {
-    if (domain.first[ray] == domain.first[ray + 1]) continue;
-    const Eigen::Vector2d xy = domain.grid.at(ray);
-    const double at_zero = q.dot(monomials({xy.x(), xy.y(), 0}));
-    const double slope = q[MZ] + xy.x() * q[MXZ] + xy.y() * q[MYZ];
-    const double root = slope != 0 ? -at_zero / slope : 0;
-    for (std::uint32_t n = domain.first[ray]; n < domain.first[ray + 1]; ++n) {
-      Interval& m = material.intervals[n];
-      if (slope > 0)
-        m.hi = std::clamp(root, m.lo, m.hi);
-      else if (slope < 0)
-        m.lo = std::clamp(root, m.lo, m.hi);
-      else if (at_zero >= 0)
-        m.hi = m.lo;
-      if (slope != 0 && root > domain.intervals[n].lo && root < domain.intervals[n].hi) {
-        const Moments phi = monomials({xy.x(), xy.y(), root});
-        pass.free += (domain.grid.cell_area_mm2() / std::abs(slope)) * phi * phi.transpose();
+KktPoint kkt_at(Problem& problem, const Moments& s, const Eigen::VectorXd& mu, const Moments* before = nullptr) {
+  KktPoint p{s, mu, problem.gradient(s) + problem.J().transpose() * mu, {}, 0};
+  p.at = problem.evaluate(p.q, blur(p.q, before));
+  p.merit = std::hypot((p.at.s - s).norm(), problem.constraints(s).norm());
+  return p;
+}
+
+/// Second-order condition: no direction within the constraints along which the objective falls. A change dq of the switching
+/// function moves s by -P dq; for J P dq = 0 the objective changes by dq.(P H P + P) dq / 2.
+bool is_minimum(const Problem& problem, const KktPoint& p) {
+  const Matrix10& P = p.at.spread;
+  const Eigen::MatrixXd JP = problem.J() * P;
+  const Eigen::FullPivLU<Eigen::MatrixXd> lu(JP);
+  const Eigen::MatrixXd N = lu.kernel();
+  const Eigen::MatrixXd M = N.transpose() * (P * problem.hessian(p.s) * P + P) * N;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (M + M.transpose()), Eigen::EigenvaluesOnly);
+  return eigen.eigenvalues()[0] >= -1e-9 * std::max(1e-300, eigen.eigenvalues().cwiseAbs().maxCoeff());
+}
+
+/// The residual of the KKT conditions, (S(q) - s, -c(s)).
+Eigen::VectorXd kkt_residual(const Problem& problem, const KktPoint& p) {
+  Eigen::VectorXd r(10 + problem.J().rows());
+  r << p.at.s - p.s, -problem.constraints(p.s);
+  return r;
+}
+
+/// Newton's method on s = S(grad F(s) + J^T mu), c(s) = 0, with backtracking on the residual.
+/// @param patience  evaluations after which it gives up, unless it is near
+KktPoint newton(Problem& problem, KktPoint from, double tolerance, int patience, int max_evaluations) {
+  constexpr double near = 1e-3;
+  const Eigen::Index m = problem.J().rows();
+  patience += problem.evaluations();
+  while (residual(problem, from.s, from.at.s) > tolerance &&
+         problem.evaluations() < (from.merit < near ? max_evaluations : patience)) {
+    Eigen::MatrixXd K = Eigen::MatrixXd::Zero(10 + m, 10 + m);
+    K.topLeftCorner<10, 10>() = Matrix10::Identity() + from.at.spread * problem.hessian(from.s);
+    K.topRightCorner(10, m) = from.at.spread * problem.J().transpose();
+    K.bottomLeftCorner(m, 10) = problem.J();
+    const Eigen::VectorXd r = kkt_residual(problem, from);
+    const Eigen::VectorXd step = K.fullPivLu().solve(r);
+    if (!step.allFinite()) break;
+    const auto along = [&](double length) {
+      return kkt_at(problem, from.s + length * step.head<10>(), from.mu + length * step.tail(m), &from.q);
+    };
+    double length = 1;
+    while (length > 0.01 && !(from.s[M1] + length * step[M1] > 0)) length *= 0.4;
+    KktPoint next = along(length);
+    bool moved = next.merit < (1 - 0.1 * length) * from.merit;
+    if (!moved && from.merit < near) {
+      // A ray that becomes tangent to the quadric on the way grows like a root, and the step overshoots: find where what the step
+      // got wrong vanishes, by the Illinois method.
+      const Eigen::VectorXd wrong = kkt_residual(problem, next);
+      double lo = 0;
+      double hi = length;
+      double at_lo = wrong.dot(r);
+      double at_hi = wrong.squaredNorm();
+      int side = 0;
+      while (at_lo < 0 && !moved && hi - lo > 1e-8 && problem.evaluations() < max_evaluations) {
+        length = std::clamp((lo * at_hi - hi * at_lo) / (at_hi - at_lo), lo + 0.02 * (hi - lo), hi - 0.02 * (hi - lo));
+        next = along(length);
+        moved = next.merit < 0.5 * from.merit;
+        const double at = wrong.dot(kkt_residual(problem, next));
+        if (at < 0) {
+          lo = length;
+          at_lo = at;
+          if (side < 0) at_hi *= 0.25;
+          side = -1;
+        } else {
+          hi = length;
+          at_hi = at;
+          if (side > 0) at_lo *= 0.25;
+          side = 1;
+        }
       }
+      if (!moved && lo > 0) {
+        next = along(lo);
+        moved = next.merit < 0.999 * from.merit;
+      }
+      length = 1;
     }
+    while (!moved && length > 0.01 && problem.evaluations() < max_evaluations) {
+      length *= 0.4;
+      next = along(length);
+      moved = next.merit < (1 - 0.1 * length) * from.merit;
+    }
+    if (!moved) break;
+    from = std::move(next);
   }
-  pass.moments = ray_moments(material);
-  return pass;
+  return from;
+}
+
+/// The conditional gradient method with Newton's: the objective's linear model is minimised over the attainable moments that meet
+/// the constraints, by its dual; as these are a convex set, the search along the way there costs no pass over the rays; and
+/// Newton's method tries to finish from every point reached.
+/// @param s  attainable moments that meet the constraints, mu their multipliers
+KktPoint descend(Problem& problem, Moments s, Eigen::VectorXd mu, double tolerance, int max_evaluations) {
+  constexpr int patience = 10;
+  KktPoint best;
+  double best_left = kInfinity;
+  while (problem.evaluations() < max_evaluations) {
+    const KktPoint polished = newton(problem, kkt_at(problem, s, mu), tolerance, patience, max_evaluations);
+    const double left = residual(problem, polished.s, polished.at.s);
+    if (left < tolerance && is_minimum(problem, polished)) return polished;
+    if (left < best_left) {
+      best = polished;
+      best_left = left;
+    }
+    const LinearMinimum target = minimise_linear(problem, problem.gradient(s), mu, 1e-6, max_evaluations);
+    if (!target.converged) break;
+    const Moments d = target.top.at.s - s;
+    double lo = 0;
+    double hi = 1;
+    if (problem.gradient(s + d).dot(d) > 0)
+      for (int step = 0; step < 30; ++step) {
+        const double middle = 0.5 * (lo + hi);
+        (problem.gradient(s + middle * d).dot(d) > 0 ? hi : lo) = middle;
+      }
+    if (hi * d.norm() < 1e-9) break;
+    s += hi * d;
+    mu = target.top.u;
+  }
+  return best;
+}
+
+QuadricSolution solve_curved(Problem& problem, const QuadricOptions& options) {
+  constexpr int patience = 14;
+  QuadricSolution solution;
+  solution.lower_bound = -kInfinity;
+  const auto finish = [&](const KktPoint& p) {
+    store(problem, p.q, p.at.s, p.mu, solution);
+    solution.residual = residual(problem, p.s, p.at.s);
+    solution.converged = solution.residual < options.tolerance;
+  };
+  const Moments solid = problem.solid();
+  const bool warm = options.multipliers.size() == problem.J().rows();
+  const KktPoint start =
+      warm ? kkt_at(problem, problem.scaled(options.moments), options.multipliers)
+           : kkt_at(problem, solid, -problem.J().transpose().completeOrthogonalDecomposition().solve(problem.gradient(solid)));
+  const KktPoint quick = newton(problem, start, options.tolerance, patience, options.max_evaluations);
+  finish(quick);
+  if (solution.converged && is_minimum(problem, quick)) return solution;
+
+  for (const Moments& from : {solid, problem.centre()}) {
+    const Eigen::VectorXd zero = Eigen::VectorXd::Zero(problem.J().rows());
+    const LinearMinimum feasible =
+        minimise_linear(problem, problem.gradient(from), zero, 1e-6, problem.evaluations() + options.max_evaluations);
+    solution.converged = false;
+    if (feasible.infeasible) {
+      solution.infeasible = true;
+      solution.separation = feasible.top.u;
+      break;
+    }
+    if (!feasible.converged) continue;
+    finish(descend(problem, feasible.top.at.s, feasible.top.u, options.tolerance, problem.evaluations() + options.max_evaluations));
+    if (solution.converged) break;
+  }
+  return solution;
 }
 
 }  // namespace
 
-NearestSolution nearest_attainable(const Eigen::Matrix<double, Eigen::Dynamic, 10>& A, const RayRep& domain,
-                                   const Moments& constant, double tolerance) {
-  assert(A.col(MZZ).isZero());
-  constexpr int max_iterations = 100;
+QuadricSolution solve_quadric(const Goal& goal, const RayIntegrals& rays, const Moments& constant, const QuadricOptions& options) {
+  Problem problem(goal, rays, constant);
+  QuadricSolution solution = goal.affine() ? solve_affine(problem, options) : solve_curved(problem, options);
+  solution.evaluations = problem.evaluations();
+  return solution;
+}
+
+double separation_margin(const Goal& goal, const Eigen::VectorXd& y, const RayIntegrals& rays, const Moments& constant) {
+  const Eigen::VectorXd c_0 = goal.constraint_values(Moments::Zero());
+  const Moments q = goal.constraint_jacobian(constant).transpose() * y;
+  return y.dot(c_0) + q.dot(constant + rays.moments(q));
+}
+
+NearestSolution nearest_attainable(const Goal& goal, const RayIntegrals& rays, const Moments& constant, double tolerance) {
+  constexpr int max_evaluations = 200;
+  Problem problem(goal, rays, constant);
   NearestSolution solution;
-  const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(A.rows(), A.rows());
-  struct Point {
-    Eigen::VectorXd y, residual;
-    LinearPass pass;
-    double value;
-  };
-  const auto evaluate_at = [&](const Eigen::VectorXd& y) {
-    Point p{y, {}, fill_negative(domain, A.transpose() * y), 0};
-    const Eigen::VectorXd c = A * (constant + p.pass.moments);
-    p.residual = c - y;
-    p.value = y.dot(c) - 0.5 * y.squaredNorm();
-    return p;
-  };
-  Point at = evaluate_at(A * (constant + 0.5 * ray_moments(domain)));
-  for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    if (at.y.norm() < 0.1 * tolerance || at.residual.norm() < 1e-9 * at.y.norm()) {
-      solution.converged = true;
-      break;
-    }
-    const Eigen::VectorXd step = (identity + A * at.pass.free * A.transpose()).ldlt().solve(at.residual);
-    const double slope = at.residual.dot(step);
-    bool moved = false;
-    for (double length = 1; length > 1e-6 && !moved; length *= 0.5) {
-      Point next = evaluate_at(at.y + length * step);
-      moved = next.value >= at.value + 1e-4 * length * slope;
-      if (moved) at = std::move(next);
-    }
-    if (!moved) break;  // as near as rounding lets it come
+  const Dual dual{Moments::Zero(), problem.J(), -problem.c_0(), Eigen::VectorXd::Ones(problem.J().rows())};
+  const Eigen::VectorXd start = problem.constraints(problem.centre());
+  if (start.norm() < tolerance) {
+    solution.converged = solution.attainable = true;
+    solution.moments = problem.in_mm(problem.centre());
+    solution.distance = start.norm();
+    return solution;
   }
-  solution.moments = constant + at.pass.moments;
-  solution.distance = (A * solution.moments).norm();
-  // |A s|^2 / 2 >= g(y) for every s and y.
-  solution.lower_bound = std::sqrt(2 * std::max(0.0, at.value));
+  const auto done = [&](const DualPoint& p) { return p.u.norm() < 0.1 * tolerance || p.gradient.norm() < 1e-9 * p.u.norm(); };
+  const DualPoint top = maximise(problem, dual, dual_at(problem, dual, start), max_evaluations, done);
+  solution.converged = done(top);
+  solution.evaluations = problem.evaluations();
+  solution.moments = problem.in_mm(top.at.s);
+  solution.distance = problem.constraints(top.at.s).norm();
+  // |c(s)|^2 / 2 >= g(y) for every s and y.
+  solution.lower_bound = std::sqrt(2 * std::max(0.0, top.value));
   solution.attainable = solution.lower_bound < tolerance;
   return solution;
 }

@@ -15,16 +15,6 @@ struct PowerIntegrals {
   }
 };
 
-/// Moments of the segment from lo to hi per unit of cell area; negative when hi < lo.
-Moments segment(const Eigen::Vector2d& xy, double lo, double hi) {
-  const PowerIntegrals i(lo, hi);
-  const double x = xy.x();
-  const double y = xy.y();
-  Moments s;
-  s << i.i0, x * i.i0, y * i.i0, i.i1, x * x * i.i0, y * y * i.i0, i.i2, x * y * i.i0, y * i.i1, x * i.i1;
-  return s;
-}
-
 std::vector<Eigen::Vector2d> places(const RayRep& domain) {
   std::vector<Eigen::Vector2d> xy;
   xy.reserve(domain.intervals.size());
@@ -39,6 +29,15 @@ double end_curvature(const Eigen::Vector2d& xy, double z, const Moments& w) {
 }
 
 }  // namespace
+
+Moments segment_moments(const Eigen::Vector2d& xy, double lo, double hi) {
+  const PowerIntegrals i(lo, hi);
+  const double x = xy.x();
+  const double y = xy.y();
+  Moments s;
+  s << i.i0, x * i.i0, y * i.i0, i.i1, x * x * i.i0, y * y * i.i0, i.i2, x * y * i.i0, y * i.i1, x * i.i1;
+  return s;
+}
 
 BottomFilledRays::BottomFilledRays(RayRep domain) : domain_(std::move(domain)), xy_(places(domain_)) {}
 
@@ -63,7 +62,7 @@ Eigen::Matrix<double, 10, Eigen::Dynamic> BottomFilledRays::contributions(const 
   Eigen::Matrix<double, 10, Eigen::Dynamic> parts(10, variables());
   for (Eigen::Index n = 0; n < parts.cols(); ++n) {
     const auto i = static_cast<std::size_t>(n);
-    parts.col(n) = domain_.grid.cell_area_mm2() * segment(xy_[i], domain_.intervals[i].lo, z1[n]);
+    parts.col(n) = domain_.grid.cell_area_mm2() * segment_moments(xy_[i], domain_.intervals[i].lo, z1[n]);
   }
   return parts;
 }
@@ -85,7 +84,8 @@ Eigen::VectorXd BottomFilledRays::hessian_diagonal(const Eigen::VectorXd& z1, co
   return h;
 }
 
-SegmentRays::SegmentRays(RayRep domain, SegmentBounds bounds) : domain_(std::move(domain)), bounds_(bounds), xy_(places(domain_)) {}
+SegmentRays::SegmentRays(RayRep domain, SegmentBounds bounds, Between between)
+    : domain_(std::move(domain)), bounds_(bounds), between_(between), xy_(places(domain_)) {}
 
 Eigen::Index SegmentRays::variables() const { return 2 * static_cast<Eigen::Index>(domain_.intervals.size()); }
 
@@ -121,7 +121,7 @@ std::vector<std::pair<int, int>> SegmentRays::ordered_pairs() const {
 Eigen::VectorXd SegmentRays::start(double fill) const {
   Eigen::VectorXd z(variables());
   for (std::size_t n = 0; n < xy_.size(); ++n) {
-    const double half = 0.5 * fill * domain_.intervals[n].length();
+    const double half = 0.5 * (between_ == Between::material ? fill : 1 - fill) * domain_.intervals[n].length();
     const auto v = static_cast<Eigen::Index>(2 * n);
     z[v] = domain_.intervals[n].middle() - half;
     z[v + 1] = domain_.intervals[n].middle() + half;
@@ -131,11 +131,13 @@ Eigen::VectorXd SegmentRays::start(double fill) const {
 
 Eigen::Matrix<double, 10, Eigen::Dynamic> SegmentRays::contributions(const Eigen::VectorXd& z) const {
   assert(z.size() == variables());
-  // The segment z0 z1 as from the middle to z1 less from the middle to z0.
   Eigen::Matrix<double, 10, Eigen::Dynamic> parts(10, variables());
   for (Eigen::Index v = 0; v < parts.cols(); ++v) {
     const auto i = static_cast<std::size_t>(v / 2);
-    parts.col(v) = (v % 2 == 0 ? -1 : 1) * domain_.grid.cell_area_mm2() * segment(xy_[i], domain_.intervals[i].middle(), z[v]);
+    const Interval& interval = domain_.intervals[i];
+    // The segment z0 z1 is counted from the interval's middle, what surrounds a cavity from the interval's ends.
+    const double from = between_ == Between::material ? interval.middle() : v % 2 == 0 ? interval.lo : interval.hi;
+    parts.col(v) = end_sign(v) * domain_.grid.cell_area_mm2() * segment_moments(xy_[i], from, z[v]);
   }
   return parts;
 }
@@ -144,7 +146,7 @@ Eigen::Matrix<double, 10, Eigen::Dynamic> SegmentRays::jacobian(const Eigen::Vec
   Eigen::Matrix<double, 10, Eigen::Dynamic> J(10, variables());
   for (Eigen::Index v = 0; v < J.cols(); ++v) {
     const Eigen::Vector2d& xy = xy_[static_cast<std::size_t>(v / 2)];
-    J.col(v) = (v % 2 == 0 ? -1 : 1) * domain_.grid.cell_area_mm2() * monomials({xy.x(), xy.y(), z[v]});
+    J.col(v) = end_sign(v) * domain_.grid.cell_area_mm2() * monomials({xy.x(), xy.y(), z[v]});
   }
   return J;
 }
@@ -154,7 +156,7 @@ Eigen::VectorXd SegmentRays::hessian_diagonal(const Eigen::VectorXd& z, const Mo
   Eigen::VectorXd h(count);
   for (Eigen::Index n = 0; n < count; ++n) {
     const Eigen::Index v = first + n;
-    h[n] = (v % 2 == 0 ? -1 : 1) * domain_.grid.cell_area_mm2() * end_curvature(xy_[static_cast<std::size_t>(v / 2)], z[v], w);
+    h[n] = end_sign(v) * domain_.grid.cell_area_mm2() * end_curvature(xy_[static_cast<std::size_t>(v / 2)], z[v], w);
   }
   return h;
 }
@@ -163,7 +165,7 @@ Moments ray_moments(const RayRep& rays) {
   Moments s = Moments::Zero();
   for (std::size_t ray = 0; ray < rays.grid.size(); ++ray)
     for (std::uint32_t n = rays.first[ray]; n < rays.first[ray + 1]; ++n)
-      s += segment(rays.grid.at(ray), rays.intervals[n].lo, rays.intervals[n].hi);
+      s += segment_moments(rays.grid.at(ray), rays.intervals[n].lo, rays.intervals[n].hi);
   return s * rays.grid.cell_area_mm2();
 }
 

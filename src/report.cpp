@@ -245,7 +245,7 @@ std::string to_json(const SpinReport& report) {
   json["before"] = spin_json(report.before);
   json["after"] = spin_json(report.after.state);
   add_shells(json["after"], report.after);
-  close(json, report, report.after, &report.result.hollow);
+  close(json, report, report.after, report.hollowed ? &report.result.hollow : nullptr);
   return json.dump(2) + "\n";
 }
 
@@ -253,13 +253,13 @@ std::string to_json(const StandReport& report) {
   Json json = opening(report, report.after);
   json["goal"] = {{"name", "stand"},
                   {"up", vector(report.goal.up)},
-                  {"target_mm", vector(report.result.target_mm)},
+                  {"target_mm", report.goal.target_mm ? vector(*report.goal.target_mm) : Json(nullptr)},
                   {"density_g_cm3", report.goal.density_g_cm3},
                   {"wall_mm", report.goal.wall_mm}};
   json["before"] = stand_json(report.before);
   json["after"] = stand_json(report.after.state);
   add_shells(json["after"], report.after);
-  close(json, report, report.after, &report.result.hollow);
+  close(json, report, report.after, report.hollowed ? &report.result.hollow : nullptr);
   return json.dump(2) + "\n";
 }
 

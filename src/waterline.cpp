@@ -21,7 +21,7 @@ constexpr double kReserveBuoyancy = 0.05;
 
 double grams(double volume_mm3, double density_g_cm3) { return volume_mm3 * density_g_cm3 / 1000; }
 
-Moments solid_moments(const FloatProblem& problem) { return problem.shell + ray_moments(problem.inner); }
+Moments solid_moments(const FloatProblem& problem) { return problem.shell + problem.integrals.full(); }
 
 /// Waterlines (bottom to top) at which the displaced mass lies between that of the shell and that of the solid.
 Interval range_by_mass(const FloatProblem& problem) {
@@ -104,7 +104,7 @@ WaterlineState at_waterline(const FloatProblem& problem, double waterline_mm) {
   const double material_mm3 = state.water.displaced_volume_mm3 * problem.fluid_g_cm3 / problem.density_g_cm3;
   if (material_mm3 < problem.shell[M1] || material_mm3 > solid_moments(problem)[M1] || material_mm3 <= 0) return state;
   const FloatGoal goal(material_mm3, state.water.centre_of_buoyancy_mm.head<2>(), problem.diagonal_mm);
-  state.lowest = solve_quadric(goal, problem.inner, problem.shell);
+  state.lowest = solve_quadric(goal, problem.integrals, problem.shell);
   state.attainable = state.lowest.converged;
   if (state.attainable)
     state.metacentric_height_mm = state.water.metacentre_mm({Eigen::Vector3d::UnitZ(), waterline_mm}).z() -

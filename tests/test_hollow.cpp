@@ -34,7 +34,7 @@ void expect_floats(const Mesh& solid, const FloatOptions& options, const std::st
   stored.hollow.as_stored = [](const Mesh& mesh) { return as_stored("x.stl", mesh); };
   const FloatResult result = hollow_float(solid, stored);
   EXPECT_EQ(result.hollow.cast.bad, 0u);
-  EXPECT_EQ(result.hollow.solve.solver_status, "Solve_Succeeded");
+  EXPECT_EQ(result.hollow.solve.status, SolveStatus::converged) << result.hollow.solve.solver_status;
   EXPECT_LT(result.hollow.duality_gap, 1e-6);
   EXPECT_GT(result.hollow.duality_gap, -1e-7);
   const auto path = std::filesystem::temp_directory_path() / ("rayrep_test_" + name + ".stl");

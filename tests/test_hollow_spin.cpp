@@ -73,7 +73,7 @@ SpinState expect_spins(const Mesh& solid, const SpinOptions& options, const std:
   SpinOptions stored = options;
   stored.hollow.as_stored = [](const Mesh& mesh) { return as_stored("x.stl", mesh); };
   const SpinResult result = hollow_spin(solid, stored);
-  EXPECT_EQ(result.hollow.solve.solver_status, "Solve_Succeeded");
+  EXPECT_EQ(result.hollow.solve.status, SolveStatus::converged) << result.hollow.solve.solver_status;
   EXPECT_GE(result.hollow.cavities, 1u);
   const auto path = std::filesystem::temp_directory_path() / ("rayrep_test_spin_" + name + ".stl");
   write_mesh(path, result.hollow.delivered);
@@ -160,7 +160,12 @@ TEST(HollowSpin, CompleteBoundsAreNeverWorseThanThePapers) {
                         {"box", box({0, 0, 0}, {20, 20, 30}), about_x, -1}};
   for (const Case& c : cases) {
     SpinOptions options = c.options;
+    const double exact = first_objective(c.solid, options);
+    options.hollow.solver = Solver::rays;
     const double complete = first_objective(c.solid, options);
+    // A ray that Ipopt has closed in one place does not open in another: rays may end a little above the optimum, never below.
+    EXPECT_GT(complete, exact * (1 - 1e-7)) << c.name;
+    EXPECT_LT(complete, exact * (1 + 1e-5)) << c.name;
     options.bounds = SegmentBounds::paper;
     const double paper = first_objective(c.solid, options);
     EXPECT_LE(complete, paper + 1e-6) << c.name;
@@ -174,6 +179,7 @@ TEST(HollowSpin, WhereItStartsDoesNotMatter) {
   double from_solid = 0;
   for (const double fill : {1.0, 0.5, 0.1}) {
     SpinOptions options = coarse(Through::centre_of_mass);
+    options.hollow.solver = Solver::rays;
     options.start_fill = fill;
     const double objective = first_objective(tilted_egg(), options);
     if (fill == 1) from_solid = objective;

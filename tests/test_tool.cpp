@@ -181,6 +181,11 @@ TEST_F(Tool, InputErrorsAre3) {
       EXPECT_NE(result.err.find(name), std::string::npos) << result.err;
     }
   EXPECT_NE(run("inspect open.stl").out.find("open edges"), std::string::npos);
+  EXPECT_EQ(run("verify open.stl --goal spin --point com").code, 3);
+  // What needs no solid is judged all the same.
+  const Run judged = run("verify open.stl --goal yoyo");
+  EXPECT_EQ(judged.code, 4);
+  EXPECT_NE(judged.err.find("(closed"), std::string::npos) << judged.err;
 }
 
 TEST_F(Tool, UnreachableGoalsAre4AndLeaveTheOldFileAlone) {
@@ -230,6 +235,138 @@ TEST_F(Tool, SpinsAYoyoQuietly) {
   EXPECT_EQ(report["goal"]["centre_mm"][0], 0.5);
   const Mesh delivered = read_mesh(folder_ / "yoyo.ply").mesh;
   EXPECT_TRUE(near(mass_properties(mesh_moments(delivered), 1).centre_of_mass_mm, Eigen::Vector3d(0.5, 0, 0), 0.005));
+  EXPECT_EQ(run("verify yoyo.ply --goal yoyo --center 0.5,0,0 --original egg.stl").code, 0);
+}
+
+TEST_F(Tool, SpinTellsHowToVerifyIt) {
+  const Mesh tilted = rotated(uv_ellipsoid(30, 22, 16, 24), Eigen::AngleAxisd(0.26, Eigen::Vector3d::UnitX()).toRotationMatrix());
+  write_mesh(folder_ / "the egg.obj", tilted);
+  const Run made =
+      run("spin 'the egg.obj' --size 30 --point com --density 1.1 --resolution 30 -v --report spin.json -o 'an egg.stl'");
+  ASSERT_EQ(made.code, 0) << made.err;
+  const std::string before = "\nto judge it again: rayrep ";
+  const std::size_t at = made.out.find(before);
+  ASSERT_NE(at, std::string::npos) << made.out;
+  const std::string line = made.out.substr(at + before.size(), made.out.find('\n', at + 1) - at - before.size());
+  EXPECT_NE(line.find(" --original 'the egg.obj'"), std::string::npos) << line;
+
+  const auto spin = nlohmann::json::parse(text_of(folder_ / "spin.json"));
+  const Run judged = run(line + " --report verify.json");
+  ASSERT_EQ(judged.code, 0) << line << "\n" << judged.err;
+  EXPECT_NE(judged.out.find("VERIFIED"), std::string::npos) << judged.out;
+  const auto verify = nlohmann::json::parse(text_of(folder_ / "verify.json"));
+  EXPECT_EQ(verify["command"], "verify");
+  EXPECT_EQ(verify["options"]["goal"], "spin");
+  EXPECT_EQ(verify["goal"]["name"], "spin");
+  for (const char* key : {"solver", "model", "output"}) EXPECT_FALSE(verify.contains(key)) << key;
+  ASSERT_EQ(verify["criteria"].size(), spin["criteria"].size());
+  for (const char* key : {"mass_g", "height_mm", "ratio_to_larger_lateral", "ratio_to_smaller_lateral"})
+    EXPECT_NEAR(verify["after"][key].get<double>(), spin["after"][key].get<double>(), 1e-6 * spin["after"][key].get<double>())
+        << key;
+
+  // By the same rules, the contact points of the solid are found again on what was hollowed.
+  const auto contact = [&](const std::string& arguments, int code) {
+    const Run result = run("verify 'an egg.stl' --goal spin --report again.json -q " + arguments);
+    EXPECT_EQ(result.code, code) << arguments << ": " << result.err;
+    return nlohmann::json::parse(text_of(folder_ / "again.json"))["goal"]["contact_mm"].get<std::vector<double>>();
+  };
+  const auto wanted = spin["goal"]["contact_mm"].get<std::vector<double>>();
+  for (const char* arguments : {"--point com", "--point com --size 30 --original 'the egg.obj'", "--point 0,0"}) {
+    const auto found = contact(arguments, 0);
+    for (std::size_t n = 0; n < 3; ++n) EXPECT_NEAR(found[n], wanted[n], 1e-4) << arguments;
+  }
+  const std::vector<double> lowest = contact("--point lowest", 4);
+  EXPECT_LT(lowest[2], wanted[2] - 0.1);
+  EXPECT_EQ(run("verify 'an egg.stl' --goal spin --point 0,0 --prefer smallest").code, 4);
+}
+
+TEST_F(Tool, AMiddleAxisIs4WithTheReason) {
+  write_mesh(folder_ / "box.stl", box({0, 0, 0}, {40, 20, 30}));
+  const Run middle = run("verify box.stl --goal spin --report r.json");
+  EXPECT_EQ(middle.code, 4);
+  EXPECT_NE(middle.err.find("axis_class"), std::string::npos) << middle.err;
+  EXPECT_NE(middle.err.find("the middle one of the three principal axes"), std::string::npos) << middle.err;
+  const auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_FALSE(report["pass"]);
+  EXPECT_EQ(report["after"]["axis_class"], "middle");
+  // 20 x 30 across the axis, along y: the largest.
+  EXPECT_EQ(run("verify box.stl --goal spin --up y").code, 0);
+  EXPECT_EQ(run("verify box.stl --goal spin --up x --prefer smallest").code, 0);
+  EXPECT_EQ(run("verify box.stl --goal yoyo").code, 4);
+  EXPECT_EQ(run("verify box.stl --goal yoyo --up y").code, 0);
+  const Run along = run("verify box.stl --goal yoyo --up y --center 20,10.5,15");
+  EXPECT_EQ(along.code, 4);
+  EXPECT_NE(along.err.find("(centre)"), std::string::npos) << along.err;
+}
+
+TEST_F(Tool, StandsAndVerifies) {
+  write_mesh(folder_ / "box.stl", box({0, 0, 0}, {20, 10, 15}));
+  const Run solid = run("verify box.stl --goal stand --report r.json");
+  ASSERT_EQ(solid.code, 0) << solid.err;
+  EXPECT_EQ(solid.out.find("target"), std::string::npos) << solid.out;
+  auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_EQ(report["goal"]["name"], "stand");
+  EXPECT_TRUE(report["goal"]["target_mm"].is_null());
+  EXPECT_NEAR(report["after"]["smallest_tipping_angle_rad"].get<double>(), std::atan2(5, 7.5), 1e-9);
+  for (const char* key : {"solver", "model", "output"}) EXPECT_FALSE(report.contains(key)) << key;
+  EXPECT_EQ(run("verify box.stl --goal stand --target 10,5,99").code, 0);
+  const Run aside = run("verify box.stl --goal stand --target 9,5,0");
+  EXPECT_EQ(aside.code, 4);
+  EXPECT_NE(aside.err.find("(offset)"), std::string::npos) << aside.err;
+
+  const Run made = run("stand box.stl --target 9,5,0 --resolution 30 --report r.json");
+  ASSERT_EQ(made.code, 0) << made.err;
+  report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_TRUE(report.contains("solver"));
+  EXPECT_NEAR(report["goal"]["target_mm"][0].get<double>(), 9, 1e-9);
+  EXPECT_LT(report["after"]["height_mm"].get<double>(), 7);
+  EXPECT_EQ(run("verify box_stand.stl --goal stand --target 9,5,0 --original box.stl").code, 0);
+  EXPECT_EQ(run("verify box_stand.stl --goal stand --target 10,5,0 --original box.stl").code, 4);
+  // --point com is below the middle of the box, not of what is left of it.
+  for (const char* original : {"", " --original box.stl"}) {
+    EXPECT_EQ(run(std::string("verify box_stand.stl --goal spin --point com --report r.json") + original).code, 4);
+    report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+    EXPECT_NEAR(report["goal"]["contact_mm"][0].get<double>(), 10, 1e-6) << original;
+    EXPECT_NEAR(report["after"]["offset_mm"].get<double>(), 1, 0.01) << original;
+  }
+}
+
+TEST_F(Tool, WhatCannotStandIs4WithTheReason) {
+  const Run egg = run("verify egg.stl --goal stand");
+  EXPECT_EQ(egg.code, 4);
+  EXPECT_NE(egg.err.find("touches the ground only in a point"), std::string::npos) << egg.err;
+  // A foot at one end, half a millimetre lower than the rest.
+  Mesh foot = box({0, 0, 0}, {10, 10, 20});
+  append(foot, box({5, 0, 0.5}, {40, 10, 20}));
+  write_mesh(folder_ / "foot.stl", foot);
+  const Run tips = run("verify foot.stl --goal stand");
+  EXPECT_EQ(tips.code, 4);
+  EXPECT_NE(tips.err.find("(inside)"), std::string::npos) << tips.err;
+  EXPECT_EQ(run("verify foot.stl --goal stand --contact 1").code, 0);
+}
+
+TEST_F(Tool, VerifyRefusesOptionsOfOtherGoals) {
+  const std::pair<const char*, const char*> cases[] = {{"--goal spin --waterline 5", "--waterline belongs to --goal float"},
+                                                       {"--goal yoyo --submerged 0.5", "--submerged belongs to --goal float"},
+                                                       {"--goal stand --fluid 1", "--fluid belongs to --goal float"},
+                                                       {"--point com", "--point belongs to --goal spin; this is --goal float"},
+                                                       {"--goal yoyo --point lowest", "--point belongs to --goal spin"},
+                                                       {"--goal spin --center 0,0,0", "--center belongs to --goal yoyo"},
+                                                       {"--goal stand --prefer largest", "--prefer belongs to --goal spin or yoyo"},
+                                                       {"--goal spin --target 0,0,0", "--target belongs to --goal stand"},
+                                                       {"--goal float --contact 1", "--contact belongs to --goal stand"},
+                                                       {"--goal swim", "--goal is float, spin, yoyo or stand"},
+                                                       {"--goal spin --point 500,0", "does not meet the mesh"},
+                                                       {"--goal spin --point 1", "--point takes"},
+                                                       {"--goal yoyo --center 1,2", "--center takes"},
+                                                       {"--goal stand --contact 0", "--contact must be a positive number"},
+                                                       {"--goal spin --lambda 1", "unrecognised option '--lambda'"}};
+  for (const auto& [arguments, message] : cases) {
+    const Run result = run(std::string("verify egg.stl ") + arguments);
+    EXPECT_EQ(result.code, 2) << arguments << ": " << result.err;
+    EXPECT_NE(result.err.find(message), std::string::npos) << arguments << ": " << result.err;
+    EXPECT_EQ(result.out, "") << arguments;
+  }
 }
 
 TEST_F(Tool, SpinUsageErrorsAre2) {
@@ -281,7 +418,7 @@ TEST_F(Tool, InterruptIs130AndLeavesNothing) {
 }
 
 TEST_F(Tool, HelpFitsAScreen) {
-  for (const char* arguments : {"--help", "float --help", "spin --help", "verify --help", "inspect --help"}) {
+  for (const char* arguments : {"--help", "float --help", "spin --help", "stand --help", "verify --help", "inspect --help"}) {
     const Run result = run(arguments);
     EXPECT_EQ(result.code, 0);
     EXPECT_EQ(result.err, "");

@@ -19,7 +19,7 @@ constexpr const char* kOverview =
     "  rayrep float MESH     hollow MESH so that it floats upright; writes MESH_float.stl\n"
     "  rayrep spin MESH      hollow MESH so that it spins as a top or a yo-yo; writes MESH_spin.stl\n"
     "  rayrep stand MESH     hollow MESH so that it stands as safely as it can; writes MESH_stand.stl\n"
-    "  rayrep verify MESH    judge a hollowed mesh: does it float upright?\n"
+    "  rayrep verify MESH    judge a hollowed mesh: does it float upright, spin or stand?\n"
     "  rayrep inspect MESH   size, volume, mass, inertia and defects of MESH\n"
     "\n"
     "  rayrep COMMAND --help lists the options of a command.\n"
@@ -33,75 +33,67 @@ constexpr const char* kOverview =
 
 /// Raw values as given; what is absent has its default.
 struct Raw {
-  std::string input, unit, up, material, output, original, report, point, centre, objective, bounds, prefer, target;
+  std::string input, unit, up, material, output, original, report, goal, point, centre, objective, bounds, prefer, target;
   double contact = 0;
   double lambda = 0, gamma_c = 0, gamma_i = 0;
   double size = 0, density = 0, fluid = 0, waterline = 0, submerged = 0, wall = 0;
   int resolution = 0, threads = 0;
 };
 
+using Given = po::variables_map;
+
+// What can be given. What several commands share is declared once.
+
 po::options_description shape_options(Raw& raw) {
   po::options_description options("The mesh");
   auto add = options.add_options();
-  add("unit", po::value(&raw.unit)->value_name("UNIT")->default_value("mm"),
-      "what the file's numbers mean: mm, cm, m, in (a 3MF's own unit wins)");
+  add("unit", po::value(&raw.unit)->value_name("UNIT")->default_value("mm"), "of the file: mm, cm, m, in (a 3MF's own unit wins)");
   add("size", po::value(&raw.size)->value_name("MM"), "scale so that the longest side is MM");
-  add("up", po::value(&raw.up)->value_name("DIR")->default_value("z"), "direction that points up: x, y, z, -x, -y, -z or X,Y,Z");
+  add("up", po::value(&raw.up)->value_name("DIR")->default_value("z"), "what points up: x, y, z, -x, -y, -z or X,Y,Z");
   return options;
 }
 
-void add_material_options(po::options_description& options, Raw& raw) {
+void add_density(po::options_description& options, Raw& raw) {
   auto add = options.add_options();
   add("density", po::value(&raw.density)->value_name("G_CM3"), "density of the print (default 1.24, PLA)");
-  add("material", po::value(&raw.material)->value_name("NAME"), "or by name: abs asa hips nylon pc petg pla pp resin tpu");
+  add("material", po::value(&raw.material)->value_name("NAME"), "or of: abs asa hips nylon pc petg pla pp resin tpu");
 }
 
-po::options_description float_options(Raw& raw) {
-  po::options_description options("Floating");
+void add_wall(po::options_description& options, Raw& raw) {
+  options.add_options()("wall", po::value(&raw.wall)->value_name("MM")->default_value(1.2, "1.2"), "smallest wall thickness");
+}
+
+void add_resolution(po::options_description& options, Raw& raw, int usual) {
+  options.add_options()("resolution", po::value(&raw.resolution)->value_name("N")->default_value(usual),
+                        "rays along the longest side, 20 to 1000");
+}
+
+void add_fluid(po::options_description& options, Raw& raw) {
   auto add = options.add_options();
   add("fluid", po::value(&raw.fluid)->value_name("G_CM3")->default_value(1.0, "1.0"), "density of the fluid");
-  add_material_options(options, raw);
   add("waterline", po::value(&raw.waterline)->value_name("MM"), "height of the waterline above the lowest point");
   add("submerged", po::value(&raw.submerged)->value_name("FRACTION"), "or the fraction of the height under water, 0 to 1");
-  add("wall", po::value(&raw.wall)->value_name("MM")->default_value(1.2, "1.2"), "smallest wall thickness");
-  return options;
 }
 
-po::options_description spin_options(Raw& raw) {
-  po::options_description options("Spinning");
-  auto add = options.add_options();
-  add("point", po::value(&raw.point)->value_name("P")->default_value("lowest"),
+void add_point(po::options_description& options, Raw& raw) {
+  options.add_options()(
+      "point", po::value(&raw.point)->value_name("P")->default_value("lowest"),
       "contact point: lowest, com (below the solid's centre of mass), X,Y (where that axis leaves the mesh below) or X,Y,Z");
-  add("yoyo", "a yo-yo: no tip, the centre of mass at --center");
+}
+
+void add_centre_and_axis(po::options_description& options, Raw& raw) {
+  auto add = options.add_options();
   add("center", po::value(&raw.centre)->value_name("X,Y,Z"), "of a yo-yo (default: middle of the bounding box)");
   add("prefer", po::value(&raw.prefer)->value_name("AXIS")->default_value("largest"), "largest or smallest principal moment");
-  add("objective", po::value(&raw.objective)->value_name("NAME")->default_value("rayreps"),
-      "rayreps (Wu 2016) or spinit (Baecher 2014)");
-  add("lambda", po::value(&raw.lambda)->value_name("W")->default_value(0.1, "0.1"),
-      "rayreps: weight of the centre of mass's height");
-  add("gamma-c", po::value(&raw.gamma_c)->value_name("W")->default_value(1.0, "1"), "spinit: weight of its static moment squared");
-  add("gamma-i", po::value(&raw.gamma_i)->value_name("W")->default_value(1.0, "1"), "weight of the inertia ratio");
-  add("bounds", po::value(&raw.bounds)->value_name("B")->default_value("complete"),
-      "segments on a ray: complete, or paper (around its middle)");
-  add_material_options(options, raw);
-  add("wall", po::value(&raw.wall)->value_name("MM")->default_value(1.2, "1.2"), "smallest wall thickness");
-  add("resolution", po::value(&raw.resolution)->value_name("N")->default_value(100), "rays along the longest side, 20 to 1000");
-  return options;
 }
 
-po::options_description stand_options(Raw& raw) {
-  po::options_description options("Standing");
-  auto add = options.add_options();
-  add("target", po::value(&raw.target)->value_name("X,Y,Z"),
-      "where the centre of mass shall be, seen from above (default: the safest point of the support)");
-  add("objective", po::value(&raw.objective)->value_name("NAME")->default_value("lowest"),
-      "lowest: the lowest centre of mass; tip-angle: the largest smallest tipping angle");
-  add("contact", po::value(&raw.contact)->value_name("MM"),
-      "what lies this little above the lowest point touches the ground (default: 0.01 mm or 1e-4 of the height)");
-  add_material_options(options, raw);
-  add("wall", po::value(&raw.wall)->value_name("MM")->default_value(1.2, "1.2"), "smallest wall thickness");
-  add("resolution", po::value(&raw.resolution)->value_name("N")->default_value(200), "rays along the longest side, 20 to 1000");
-  return options;
+void add_target(po::options_description& options, Raw& raw, const char* unless_given) {
+  options.add_options()("target", po::value(&raw.target)->value_name("X,Y,Z"), unless_given);
+}
+
+void add_contact(po::options_description& options, Raw& raw) {
+  options.add_options()("contact", po::value(&raw.contact)->value_name("MM"),
+                        "how far above the lowest point it still touches the ground (default: 0.01 mm or 1e-4 of the height)");
 }
 
 void add_common(po::options_description& options, Raw& raw, bool with_report) {
@@ -111,6 +103,83 @@ void add_common(po::options_description& options, Raw& raw, bool with_report) {
   add("verbose,v", "also stages and timings");
   add("threads", po::value(&raw.threads)->value_name("N"), "use at most N threads (default: all cores)");
   add("help,h", "this text");
+}
+
+/// The files of a command that writes a mesh.
+po::options_description output_files(Raw& raw, const char* help) {
+  po::options_description files("Files");
+  files.add_options()("output,o", po::value(&raw.output)->value_name("FILE"), help);
+  add_common(files, raw, true);
+  return files;
+}
+
+void declare_float(po::options_description& all, Raw& raw) {
+  po::options_description options("Floating");
+  add_fluid(options, raw);
+  add_density(options, raw);
+  add_wall(options, raw);
+  add_resolution(options, raw, 200);
+  all.add(options).add(output_files(raw, "where to write: .stl .obj .ply .3mf (default MESH_float.stl)"));
+}
+
+void declare_spin(po::options_description& all, Raw& raw) {
+  po::options_description options("Spinning");
+  add_point(options, raw);
+  options.add_options()("yoyo", "a yo-yo: no tip, the centre of mass at --center");
+  add_centre_and_axis(options, raw);
+  auto add = options.add_options();
+  add("objective", po::value(&raw.objective)->value_name("NAME")->default_value("rayreps"),
+      "rayreps (Wu 2016) or spinit (Baecher 2014)");
+  add("lambda", po::value(&raw.lambda)->value_name("W")->default_value(0.1, "0.1"),
+      "rayreps: weight of the centre of mass's height");
+  add("gamma-c", po::value(&raw.gamma_c)->value_name("W")->default_value(1.0, "1"), "spinit: weight of its static moment squared");
+  add("gamma-i", po::value(&raw.gamma_i)->value_name("W")->default_value(1.0, "1"), "weight of the inertia ratio");
+  add("bounds", po::value(&raw.bounds)->value_name("B")->default_value("complete"),
+      "segments on a ray: complete, or paper (around its middle)");
+  add_density(options, raw);
+  add_wall(options, raw);
+  add_resolution(options, raw, 100);
+  all.add(options).add(output_files(raw, "where to write: .stl .obj .ply .3mf (default MESH_spin.stl)"));
+}
+
+void declare_stand(po::options_description& all, Raw& raw) {
+  po::options_description options("Standing");
+  add_target(options, raw, "where the centre of mass shall be, seen from above (default: the safest point of the support)");
+  options.add_options()("objective", po::value(&raw.objective)->value_name("NAME")->default_value("lowest"),
+                        "lowest: the lowest centre of mass; tip-angle: the largest smallest tipping angle");
+  add_contact(options, raw);
+  add_density(options, raw);
+  add_wall(options, raw);
+  add_resolution(options, raw, 200);
+  all.add(options).add(output_files(raw, "where to write: .stl .obj .ply .3mf (default MESH_stand.stl)"));
+}
+
+void declare_verify(po::options_description& all, Raw& raw) {
+  po::options_description judging("Judging");
+  judging.add_options()("goal", po::value(&raw.goal)->value_name("GOAL")->default_value("float"), "float, spin, yoyo or stand");
+  add_density(judging, raw);
+  add_wall(judging, raw);
+  judging.add_options()("original", po::value(&raw.original)->value_name("FILE"),
+                        "required outer surface (same --unit and --size)");
+  po::options_description floating("Goal float");
+  add_fluid(floating, raw);
+  po::options_description spinning("Goals spin and yoyo");
+  add_point(spinning, raw);
+  add_centre_and_axis(spinning, raw);
+  po::options_description standing("Goal stand");
+  add_target(standing, raw, "where the centre of mass shall be, seen from above");
+  add_contact(standing, raw);
+  po::options_description files("Files");
+  add_common(files, raw, true);
+  all.add(judging).add(floating).add(spinning).add(standing).add(files);
+}
+
+void declare_inspect(po::options_description& all, Raw& raw) {
+  po::options_description output("Output");
+  add_density(output, raw);
+  output.add_options()("json", "JSON on standard output");
+  add_common(output, raw, false);
+  all.add(output);
 }
 
 /// The part of a help text that stays below the width of a terminal.
@@ -158,37 +227,273 @@ std::vector<double> parse_numbers(const char* name, const std::string& text) {
   return numbers;
 }
 
-void read_spin_options(const Raw& raw, bool yoyo, Options& options) {
-  options.yoyo = yoyo;
-  if (!raw.centre.empty()) {
-    if (!yoyo) usage_error("--center belongs to --yoyo; a top has a --point.");
-    const std::vector<double> c = parse_numbers("center", raw.centre);
-    if (c.size() != 3) usage_error("--center takes X,Y,Z; it is '" + raw.centre + "'.");
-    options.centre_mm = Eigen::Vector3d(c[0], c[1], c[2]);
+Eigen::Vector3d parse_point(const char* name, const std::string& text) {
+  const std::vector<double> c = parse_numbers(name, text);
+  if (c.size() != 3) usage_error(std::string("--") + name + " takes X,Y,Z; it is '" + text + "'.");
+  return {c[0], c[1], c[2]};
+}
+
+/// Whether `text` is the first of the two it may be.
+bool is_first(const char* name, const std::string& text, const char* first, const char* second) {
+  if (text != first && text != second)
+    usage_error(std::string("--") + name + " is " + first + " or " + second + "; it is '" + text + "'.");
+  return text == first;
+}
+
+void note(Options& options, const char* name, const std::string& value) { options.in_force.emplace_back(name, value); }
+
+// What was given, checked, and noted for the report.
+
+void read_shape(const Raw& raw, const Given& given, Options& options) {
+  options.input = raw.input;
+  options.unit = parse_length_unit(raw.unit);
+  if (given.count("size")) {
+    require_positive("size", raw.size);
+    options.size_mm = raw.size;
   }
+  options.up = parse_direction(raw.up);
+  note(options, "unit", raw.unit);
+  note(options, "size", options.size_mm ? shown(*options.size_mm) : "as it is");
+  note(options, "up", raw.up);
+}
+
+void read_density(const Raw& raw, const Given& given, Options& options) {
+  if (given.count("density") && given.count("material")) usage_error("Give either --density or --material, not both.");
+  if (given.count("material")) options.density_g_cm3 = material(raw.material).density_g_cm3;
+  if (given.count("density")) options.density_g_cm3 = raw.density;
+  require_positive("density", options.density_g_cm3);
+  note(options, "density", shown(options.density_g_cm3));
+}
+
+void read_common(const Raw& raw, const Given& given, Options& options) {
+  if (given.count("threads")) {
+    if (raw.threads < 1 || raw.threads > 1024)
+      usage_error("--threads must lie between 1 and 1024; it is " + shown(raw.threads) + ".");
+    options.threads = raw.threads;
+  }
+  options.json = given.count("json") > 0;
+  options.quiet = given.count("quiet") > 0;
+  options.verbose = given.count("verbose") > 0;
+  options.report = raw.report;
+  note(options, "threads", options.threads ? shown(options.threads) : "all");
+}
+
+void read_wall(const Raw& raw, Options& options) {
+  options.wall_mm = raw.wall;
+  require_positive("wall", raw.wall);
+  note(options, "wall", shown(options.wall_mm));
+}
+
+/// What every command that hollows takes.
+void read_building(const Raw& raw, const char* suffix, Options& options) {
+  read_wall(raw, options);
+  if (raw.resolution < 20 || raw.resolution > 1000)
+    usage_error("--resolution must lie between 20 and 1000; it is " + shown(raw.resolution) + ".");
+  options.resolution = raw.resolution;
+  note(options, "resolution", shown(options.resolution));
+  options.output = raw.output.empty() ? options.input.stem().string() + suffix : raw.output;
+  if (!can_write(options.output))
+    usage_error("Cannot tell what to write from the name '" + options.output.string() + "': end it in .stl, .obj, .ply or .3mf.");
+}
+
+void read_fluid(const Raw& raw, const Given& given, Options& options) {
+  options.fluid_g_cm3 = raw.fluid;
+  require_positive("fluid", raw.fluid);
+  if (given.count("waterline") && given.count("submerged")) usage_error("Give either --waterline or --submerged, not both.");
+  if (given.count("waterline")) {
+    require_positive("waterline", raw.waterline);
+    options.waterline_mm = raw.waterline;
+  }
+  if (given.count("submerged")) {
+    if (!(raw.submerged > 0 && raw.submerged < 1))
+      usage_error("--submerged must lie between 0 and 1; it is " + shown(raw.submerged) + ".");
+    options.submerged_fraction = raw.submerged;
+  }
+  note(options, "fluid", shown(options.fluid_g_cm3));
+  note(options, "waterline",
+       options.waterline_mm         ? shown(*options.waterline_mm)
+       : options.submerged_fraction ? shown(*options.submerged_fraction) + " of the height"
+                                    : "auto");
+}
+
+void read_point(const Raw& raw, Options& options) {
+  SpinAxis& axis = options.axis;
+  if (raw.point == "lowest") return;
   if (raw.point == "com") {
-    options.axis.through = SpinAxis::Through::centre_of_mass;
-  } else if (raw.point != "lowest") {
-    const std::vector<double> c = parse_numbers("point", raw.point);
-    if (c.size() != 2 && c.size() != 3) usage_error("--point takes lowest, com, X,Y or X,Y,Z; it is '" + raw.point + "'.");
-    options.axis.through = SpinAxis::Through::point;
-    options.axis.leaves_below = c.size() == 2;
-    options.axis.point_mm = Eigen::Vector3d(c[0], c[1], c.size() == 3 ? c[2] : 0);
-    if (options.axis.leaves_below && std::abs(options.up.normalized().z()) < 1 - 1e-12)
-      usage_error("--point X,Y needs the up direction z or -z; give X,Y,Z.");
+    axis.through = SpinAxis::Through::centre_of_mass;
+    return;
   }
-  const auto choose = [](const char* name, const std::string& text, const char* first, const char* second) {
-    if (text != first && text != second)
-      usage_error(std::string("--") + name + " is " + first + " or " + second + "; it is '" + text + "'.");
-    return text == first;
-  };
-  options.largest = choose("prefer", raw.prefer, "largest", "smallest");
-  options.bounds = choose("bounds", raw.bounds, "complete", "paper") ? SegmentBounds::complete : SegmentBounds::paper;
-  const bool rayreps = choose("objective", raw.objective, "rayreps", "spinit");
+  const std::vector<double> c = parse_numbers("point", raw.point);
+  if (c.size() != 2 && c.size() != 3) usage_error("--point takes lowest, com, X,Y or X,Y,Z; it is '" + raw.point + "'.");
+  axis.through = SpinAxis::Through::point;
+  axis.leaves_below = c.size() == 2;
+  axis.point_mm = Eigen::Vector3d(c[0], c[1], c.size() == 3 ? c[2] : 0);
+  if (axis.leaves_below && std::abs(options.up.normalized().z()) < 1 - 1e-12)
+    usage_error("--point X,Y needs the up direction z or -z; give X,Y,Z.");
+}
+
+/// Where a top or a yo-yo (options.yoyo) spins and about which axis.
+void read_axis(const Raw& raw, Options& options) {
+  if (!raw.centre.empty()) {
+    if (!options.yoyo) usage_error("--center belongs to --yoyo; a top has a --point.");
+    options.centre_mm = parse_point("center", raw.centre);
+  }
+  read_point(raw, options);
+  options.largest = is_first("prefer", raw.prefer, "largest", "smallest");
+  note(options, "point", options.yoyo ? "yo-yo" : raw.point);
+  note(options, "center", raw.centre.empty() ? "auto" : raw.centre);
+  note(options, "prefer", raw.prefer);
+}
+
+void read_support(const Raw& raw, const Given& given, Options& options) {
+  if (!raw.target.empty()) options.target_mm = parse_point("target", raw.target);
+  if (given.count("contact")) {
+    require_positive("contact", raw.contact);
+    options.contact_mm = raw.contact;
+  }
+  const char* none_given = options.command == Command::verify ? "none" : "auto";
+  note(options, "target", raw.target.empty() ? none_given : raw.target);
+  note(options, "contact", options.contact_mm ? shown(*options.contact_mm) : "auto");
+}
+
+void read_float(const Raw& raw, const Given& given, Options& options) {
+  read_fluid(raw, given, options);
+  read_building(raw, "_float.stl", options);
+}
+
+void read_spin(const Raw& raw, const Given& given, Options& options) {
+  options.yoyo = given.count("yoyo") > 0;
+  read_axis(raw, options);
+  options.bounds = is_first("bounds", raw.bounds, "complete", "paper") ? SegmentBounds::complete : SegmentBounds::paper;
+  const bool rayreps = is_first("objective", raw.objective, "rayreps", "spinit");
   for (const auto& [name, weight] : {std::pair{"lambda", raw.lambda}, {"gamma-c", raw.gamma_c}, {"gamma-i", raw.gamma_i}})
     if (!(weight >= 0) || !std::isfinite(weight)) usage_error(std::string("--") + name + " must not be negative.");
-  options.weights = {.lambda = rayreps ? raw.lambda : 0, .gamma_c = rayreps ? 0 : raw.gamma_c, .gamma_i = raw.gamma_i};
-  if (yoyo) options.weights.lambda = options.weights.gamma_c = 0;
+  SpinGoal::Weights& weights = options.weights;
+  weights = {.lambda = rayreps ? raw.lambda : 0, .gamma_c = rayreps ? 0 : raw.gamma_c, .gamma_i = raw.gamma_i};
+  if (options.yoyo) weights.lambda = weights.gamma_c = 0;
+  note(options, "objective", raw.objective);
+  note(options, "lambda", shown(weights.lambda));
+  note(options, "gamma-c", shown(weights.gamma_c));
+  note(options, "gamma-i", shown(weights.gamma_i));
+  note(options, "bounds", raw.bounds);
+  read_building(raw, "_spin.stl", options);
+}
+
+void read_stand(const Raw& raw, const Given& given, Options& options) {
+  options.tip_angle = !is_first("objective", raw.objective, "lowest", "tip-angle");
+  read_support(raw, given, options);
+  note(options, "objective", raw.objective);
+  read_building(raw, "_stand.stl", options);
+}
+
+/// @throws Error{usage} for an option that another goal has
+void refuse_other_goals(const Given& given, const std::string& goal) {
+  struct Owner {
+    const char* option;
+    std::vector<std::string> goals;
+  };
+  const Owner owners[] = {{"fluid", {"float"}}, {"waterline", {"float"}},     {"submerged", {"float"}}, {"point", {"spin"}},
+                          {"center", {"yoyo"}}, {"prefer", {"spin", "yoyo"}}, {"target", {"stand"}},    {"contact", {"stand"}}};
+  for (const Owner& owner : owners) {
+    if (!given.count(owner.option) || given[owner.option].defaulted()) continue;
+    if (std::find(owner.goals.begin(), owner.goals.end(), goal) != owner.goals.end()) continue;
+    std::string belongs = "--goal " + owner.goals.front();
+    for (std::size_t n = 1; n < owner.goals.size(); ++n) belongs += " or " + owner.goals[n];
+    usage_error(std::string("--") + owner.option + " belongs to " + belongs + "; this is --goal " + goal + ".");
+  }
+}
+
+void read_verify(const Raw& raw, const Given& given, Options& options) {
+  if (raw.goal != "float" && raw.goal != "spin" && raw.goal != "yoyo" && raw.goal != "stand")
+    usage_error("--goal is float, spin, yoyo or stand; it is '" + raw.goal + "'.");
+  refuse_other_goals(given, raw.goal);
+  note(options, "goal", raw.goal);
+  if (raw.goal == "float") {
+    options.goal = Command::float_upright;
+    read_fluid(raw, given, options);
+  } else if (raw.goal == "stand") {
+    options.goal = Command::stand;
+    read_support(raw, given, options);
+  } else {
+    options.goal = Command::spin;
+    options.yoyo = raw.goal == "yoyo";
+    read_axis(raw, options);
+  }
+  read_wall(raw, options);
+  options.original = raw.original;
+}
+
+void read_inspect(const Raw&, const Given&, Options&) {}
+
+/// A command: its word, the first lines of its help, its options beside those of the mesh, and how they are read.
+struct Syntax {
+  const char* word;
+  Command command;
+  const char* headline;
+  void (*declare)(po::options_description&, Raw&);
+  void (*read)(const Raw&, const Given&, Options&);
+};
+
+constexpr Syntax kCommands[] = {
+    {"float", Command::float_upright, "rayrep float MESH [options]: hollow MESH so that it floats upright.\n", declare_float,
+     read_float},
+    {"spin", Command::spin, "rayrep spin MESH [options]: hollow MESH so that it spins about the up direction.\n", declare_spin,
+     read_spin},
+    {"stand", Command::stand, "rayrep stand MESH [options]: hollow MESH so that it stands with the up direction up.\n",
+     declare_stand, read_stand},
+    {"verify", Command::verify,
+     "rayrep verify MESH [options]: judge from the triangles of MESH whether it floats, spins or stands.\n"
+     "Without --waterline or --submerged it floats where it displaces its own mass. The solid that\n"
+     "--point com means is --original; without that, MESH with its cavities filled.\n",
+     declare_verify, read_verify},
+    {"inspect", Command::inspect,
+     "rayrep inspect MESH [options]: size, volume, mass, centre of mass, inertia and defects of MESH.\n", declare_inspect,
+     read_inspect},
+};
+
+/// @throws Error{usage} with the commands there are
+const Syntax& syntax_of(const std::string& word) {
+  std::string known;
+  for (const Syntax& syntax : kCommands) {
+    if (word == syntax.word) return syntax;
+    known += (known.empty() ? "" : ", ") + std::string(syntax.word);
+  }
+  usage_error("There is no command '" + word + "'. Known: " + known + "; 'rayrep --help' says more.");
+}
+
+Given parse(int argc, const char* const* argv, const po::options_description& options, Raw& raw) {
+  po::options_description accepted;
+  accepted.add(options);
+  accepted.add_options()("input", po::value(&raw.input));
+  po::positional_options_description positional;
+  positional.add("input", 1);
+  Given given;
+  try {
+    namespace style = po::command_line_style;
+    po::store(po::command_line_parser(join_vectors(argc, argv, 2))
+                  .options(accepted)
+                  .positional(positional)
+                  .style(style::unix_style & ~style::allow_guessing)
+                  .run(),
+              given);
+    po::notify(given);
+  } catch (const po::error& error) {
+    usage_error(std::string(error.what()) + ". 'rayrep " + argv[1] + " --help' lists the options.");
+  }
+  return given;
+}
+
+/// @throws Error{usage} when an output would overwrite what is read
+void refuse_overwriting(const Options& options) {
+  const auto same = [](const std::filesystem::path& a, const std::filesystem::path& b) {
+    std::error_code ignored;
+    return !a.empty() && !b.empty() && (std::filesystem::equivalent(a, b, ignored) || a.lexically_normal() == b.lexically_normal());
+  };
+  if (same(options.output, options.input))
+    usage_error("The output '" + options.output.string() + "' is the input itself: choose another name with --output.");
+  for (const auto& mesh : {options.input, options.original, options.output})
+    if (same(options.report, mesh))
+      usage_error("The report '" + options.report.string() + "' would overwrite a mesh: choose another name with --report.");
 }
 
 }  // namespace
@@ -222,194 +527,24 @@ Options parse_command_line(int argc, const char* const* argv) {
     return options;
   }
 
+  const Syntax& syntax = syntax_of(word);
   Raw raw;
   po::options_description all;
-  std::string headline;
-  if (word == "float") {
-    options.command = Command::float_upright;
-    headline = "rayrep float MESH [options]: hollow MESH so that it floats upright.\n\n";
-    auto building = float_options(raw);
-    auto add = building.add_options();
-    add("resolution", po::value(&raw.resolution)->value_name("N")->default_value(200), "rays along the longest side, 20 to 1000");
-    po::options_description files("Files");
-    files.add_options()("output,o", po::value(&raw.output)->value_name("FILE"),
-                        "where to write: .stl .obj .ply .3mf (default MESH_float.stl)");
-    add_common(files, raw, true);
-    all.add(shape_options(raw)).add(building).add(files);
-  } else if (word == "spin") {
-    options.command = Command::spin;
-    headline = "rayrep spin MESH [options]: hollow MESH so that it spins about the up direction.\n\n";
-    po::options_description files("Files");
-    files.add_options()("output,o", po::value(&raw.output)->value_name("FILE"),
-                        "where to write: .stl .obj .ply .3mf (default MESH_spin.stl)");
-    add_common(files, raw, true);
-    all.add(shape_options(raw)).add(spin_options(raw)).add(files);
-  } else if (word == "stand") {
-    options.command = Command::stand;
-    headline = "rayrep stand MESH [options]: hollow MESH so that it stands with the up direction up.\n\n";
-    po::options_description files("Files");
-    files.add_options()("output,o", po::value(&raw.output)->value_name("FILE"),
-                        "where to write: .stl .obj .ply .3mf (default MESH_stand.stl)");
-    add_common(files, raw, true);
-    all.add(shape_options(raw)).add(stand_options(raw)).add(files);
-  } else if (word == "verify") {
-    options.command = Command::verify;
-    headline =
-        "rayrep verify MESH [options]: judge from the triangles of MESH whether it floats upright.\n"
-        "Without --waterline or --submerged it is judged at the waterline where it displaces its own mass.\n\n";
-    po::options_description files("Files");
-    files.add_options()("original", po::value(&raw.original)->value_name("FILE"),
-                        "the surface that must be unchanged outside (same --unit and --size)");
-    add_common(files, raw, true);
-    all.add(shape_options(raw)).add(float_options(raw)).add(files);
-  } else if (word == "inspect") {
-    options.command = Command::inspect;
-    headline = "rayrep inspect MESH [options]: size, volume, mass, centre of mass, inertia and defects of MESH.\n\n";
-    po::options_description output("Output");
-    add_material_options(output, raw);
-    output.add_options()("json", "JSON on standard output");
-    add_common(output, raw, false);
-    all.add(shape_options(raw)).add(output);
-  } else {
-    usage_error("There is no command '" + word + "'. Known: float, spin, stand, verify, inspect; 'rayrep --help' says more.");
-  }
-
-  po::options_description hidden;
-  hidden.add_options()("input", po::value(&raw.input));
-  po::options_description accepted;
-  accepted.add(all).add(hidden);
-  po::positional_options_description positional;
-  positional.add("input", 1);
-  po::variables_map given;
-  try {
-    namespace style = po::command_line_style;
-    po::store(po::command_line_parser(join_vectors(argc, argv, 2))
-                  .options(accepted)
-                  .positional(positional)
-                  .style(style::unix_style & ~style::allow_guessing)
-                  .run(),
-              given);
-    po::notify(given);
-  } catch (const po::error& error) {
-    usage_error(std::string(error.what()) + ". 'rayrep " + word + " --help' lists the options.");
-  }
+  all.add(shape_options(raw));
+  syntax.declare(all, raw);
+  const Given given = parse(argc, argv, all, raw);
   if (given.count("help")) {
-    options.command = Command::help;
-    options.help_text = headline + text_of(all);
+    options.help_text = syntax.headline + text_of(all);
     return options;
   }
   if (raw.input.empty()) usage_error("Name the mesh: rayrep " + word + " MESH.");
 
-  options.input = raw.input;
-  options.unit = parse_length_unit(raw.unit);
-  if (given.count("size")) {
-    require_positive("size", raw.size);
-    options.size_mm = raw.size;
-  }
-  options.up = parse_direction(raw.up);
-  if (given.count("density") && given.count("material")) usage_error("Give either --density or --material, not both.");
-  if (given.count("material")) options.density_g_cm3 = material(raw.material).density_g_cm3;
-  if (given.count("density")) options.density_g_cm3 = raw.density;
-  require_positive("density", options.density_g_cm3);
-  if (given.count("threads")) {
-    if (raw.threads < 1 || raw.threads > 1024)
-      usage_error("--threads must lie between 1 and 1024; it is " + shown(raw.threads) + ".");
-    options.threads = raw.threads;
-  }
-  options.json = given.count("json") > 0;
-  options.quiet = given.count("quiet") > 0;
-  options.verbose = given.count("verbose") > 0;
-  if (options.command != Command::inspect) {
-    options.wall_mm = raw.wall;
-    require_positive("wall", raw.wall);
-    options.report = raw.report;
-  }
-  if (options.command == Command::spin) read_spin_options(raw, given.count("yoyo") > 0, options);
-  if (options.command == Command::float_upright || options.command == Command::verify) {
-    options.fluid_g_cm3 = raw.fluid;
-    require_positive("fluid", raw.fluid);
-    if (given.count("waterline") && given.count("submerged")) usage_error("Give either --waterline or --submerged, not both.");
-    if (given.count("waterline")) {
-      require_positive("waterline", raw.waterline);
-      options.waterline_mm = raw.waterline;
-    }
-    if (given.count("submerged")) {
-      if (!(raw.submerged > 0 && raw.submerged < 1))
-        usage_error("--submerged must lie between 0 and 1; it is " + shown(raw.submerged) + ".");
-      options.submerged_fraction = raw.submerged;
-    }
-  }
-  if (options.command == Command::stand) {
-    if (raw.objective != "lowest" && raw.objective != "tip-angle")
-      usage_error("--objective is lowest or tip-angle; it is '" + raw.objective + "'.");
-    options.tip_angle = raw.objective == "tip-angle";
-    if (!raw.target.empty()) {
-      const std::vector<double> t = parse_numbers("target", raw.target);
-      if (t.size() != 3) usage_error("--target takes X,Y,Z; it is '" + raw.target + "'.");
-      options.target_mm = Eigen::Vector3d(t[0], t[1], t[2]);
-    }
-    if (given.count("contact")) {
-      require_positive("contact", raw.contact);
-      options.contact_mm = raw.contact;
-    }
-  }
-  if (options.command == Command::float_upright || options.command == Command::spin || options.command == Command::stand) {
-    if (raw.resolution < 20 || raw.resolution > 1000)
-      usage_error("--resolution must lie between 20 and 1000; it is " + shown(raw.resolution) + ".");
-    options.resolution = raw.resolution;
-    options.output =
-        raw.output.empty()
-            ? std::filesystem::path(options.input.stem().string() + (options.command == Command::spin    ? "_spin.stl"
-                                                                     : options.command == Command::stand ? "_stand.stl"
-                                                                                                         : "_float.stl"))
-            : std::filesystem::path(raw.output);
-    if (!can_write(options.output))
-      usage_error("Cannot tell what to write from the name '" + options.output.string() + "': end it in .stl, .obj, .ply or .3mf.");
-  }
-  options.original = raw.original;
-  const auto same = [](const std::filesystem::path& a, const std::filesystem::path& b) {
-    std::error_code ignored;
-    return !a.empty() && !b.empty() && (std::filesystem::equivalent(a, b, ignored) || a.lexically_normal() == b.lexically_normal());
-  };
-  if (same(options.output, options.input))
-    usage_error("The output '" + options.output.string() + "' is the input itself: choose another name with --output.");
-  for (const auto& mesh : {options.input, options.original, options.output})
-    if (same(options.report, mesh))
-      usage_error("The report '" + options.report.string() + "' would overwrite a mesh: choose another name with --report.");
-
-  const auto note = [&options](const char* name, const std::string& value) { options.in_force.emplace_back(name, value); };
-  note("unit", raw.unit);
-  note("size", options.size_mm ? shown(*options.size_mm) : "as it is");
-  note("up", raw.up);
-  note("density", shown(options.density_g_cm3));
-  if (options.command == Command::stand) {
-    note("target", raw.target.empty() ? "auto" : raw.target);
-    note("objective", raw.objective);
-    note("contact", options.contact_mm ? shown(*options.contact_mm) : "auto");
-    note("wall", shown(options.wall_mm));
-    note("resolution", shown(options.resolution));
-  }
-  if (options.command == Command::spin) {
-    note("point", options.yoyo ? "yo-yo" : raw.point);
-    note("center", raw.centre.empty() ? "auto" : raw.centre);
-    note("prefer", raw.prefer);
-    note("objective", raw.objective);
-    note("lambda", shown(options.weights.lambda));
-    note("gamma-c", shown(options.weights.gamma_c));
-    note("gamma-i", shown(options.weights.gamma_i));
-    note("bounds", raw.bounds);
-    note("wall", shown(options.wall_mm));
-    note("resolution", shown(options.resolution));
-  }
-  if (options.command == Command::float_upright || options.command == Command::verify) {
-    note("fluid", shown(options.fluid_g_cm3));
-    note("waterline", options.waterline_mm         ? shown(*options.waterline_mm)
-                      : options.submerged_fraction ? shown(*options.submerged_fraction) + " of the height"
-                                                   : "auto");
-    note("wall", shown(options.wall_mm));
-  }
-  if (options.command == Command::float_upright) note("resolution", shown(options.resolution));
-  note("threads", options.threads ? shown(options.threads) : "all");
+  options.command = options.goal = syntax.command;
+  read_shape(raw, given, options);
+  read_density(raw, given, options);
+  syntax.read(raw, given, options);
+  read_common(raw, given, options);
+  refuse_overwriting(options);
   return options;
 }
 

@@ -17,19 +17,20 @@ enum class Command { float_upright, spin, stand, verify, inspect, help, version 
 /// The command line, parsed and checked as far as that is possible without the mesh.
 struct Options {
   Command command = Command::help;
-  std::string help_text;  ///< for Command::help
+  Command goal = Command::help;  ///< verify: float_upright, spin (also a yo-yo) or stand; else the command itself
+  std::string help_text;         ///< for Command::help
 
   std::filesystem::path input;
   LengthUnit unit = LengthUnit::millimetre;
   std::optional<double> size_mm;  ///< longest side
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   double density_g_cm3 = 1.24;
-
-  double fluid_g_cm3 = 1.0;
-  std::optional<double> waterline_mm;
-  std::optional<double> submerged_fraction;
   double wall_mm = 1.2;
   int resolution = 200;
+
+  double fluid_g_cm3 = 1.0;  ///< float
+  std::optional<double> waterline_mm;
+  std::optional<double> submerged_fraction;
 
   SpinAxis axis;  ///< spin; point_mm is in the file's numbers after --unit and --size
   bool yoyo = false;

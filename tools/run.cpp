@@ -164,23 +164,50 @@ void write_report(const Options& options, const Report& report) {
   if (!options.report.empty()) write_text_file(options.report, to_json(report));
 }
 
-/// What failed, for the message that goes with exit code 4.
-std::string failures(const Verdict& verdict) {
+/// What failed and the judge's explanation, for the message that goes with exit code 4: "(NAMES)END EXPLANATION".
+std::string failures(const Verdict& verdict, const std::string& end) {
   std::string text;
   for (const Criterion& c : verdict.criteria)
-    if (!c.pass()) text += (text.empty() ? "" : ", ") + c.name;
+    if (!c.pass()) text += (text.empty() ? "(" : ", ") + c.name;
+  text += ")" + end;
+  for (const std::string& note : verdict.notes) text += " " + note;
   return text;
 }
 
-FloatReport start_report(const Options& options, const ReadMesh& mesh, const char* command) {
-  FloatReport report;
+/// What is known of a run before its goal is looked at.
+template <typename Report>
+Report start_report(const Options& options, const ReadMesh& mesh, const char* command) {
+  Report report;
   report.command = command;
   report.input = mesh.summary;
   report.options = options.in_force;
-  report.goal.up = options.up;
-  report.goal.fluid_g_cm3 = options.fluid_g_cm3;
   report.goal.density_g_cm3 = options.density_g_cm3;
   report.goal.wall_mm = options.wall_mm;
+  return report;
+}
+
+// The goals as given on the command line, for hollowing and for verifying. What is found from the mesh is filled in later.
+
+FloatReport start_float(const Options& options, const ReadMesh& mesh, const char* command) {
+  auto report = start_report<FloatReport>(options, mesh, command);
+  report.goal.up = options.up;
+  report.goal.fluid_g_cm3 = options.fluid_g_cm3;
+  return report;
+}
+
+SpinReport start_spin(const Options& options, const ReadMesh& mesh, const char* command) {
+  auto report = start_report<SpinReport>(options, mesh, command);
+  report.goal.axis = options.up;
+  report.goal.yoyo = options.yoyo;
+  report.goal.prefer = options.largest ? AxisClass::largest : AxisClass::smallest;
+  return report;
+}
+
+StandReport start_stand(const Options& options, const ReadMesh& mesh, const char* command) {
+  auto report = start_report<StandReport>(options, mesh, command);
+  report.goal.up = options.up;
+  report.goal.contact_tolerance_mm = options.contact_mm;
+  report.goal.target_mm = options.target_mm;
   return report;
 }
 
@@ -210,6 +237,7 @@ HollowOptions hollow_options(const Options& options) {
 template <typename Report, typename Judge>
 void deliver(const Options& options, Report& report, const Judge& judge, Stages& stages, const Progress& progress) {
   HollowResult& hollow = report.result.hollow;
+  report.hollowed = true;
   report.delivered_triangles = hollow.delivered.triangles.size();
   progress.begin("write");
   PendingFile pending(options.output);
@@ -223,10 +251,7 @@ void deliver(const Options& options, Report& report, const Judge& judge, Stages&
   if (!report.after.pass()) {
     write_report(options, report);
     if (!options.quiet) std::cout << summary(report, options.verbose);
-    std::string why;
-    for (const std::string& note : report.after.notes) why += " " + note;
-    throw Error(ErrorCode::goal,
-                "The hollowed mesh does not meet the goal (" + failures(report.after) + "); nothing was written." + why);
+    throw Error(ErrorCode::goal, "The hollowed mesh does not meet the goal " + failures(report.after, "; nothing was written."));
   }
   pending.commit();
   report.output = options.output.string();
@@ -246,9 +271,8 @@ void run_float(const Options& options, Stages& stages, const Progress& progress)
   float_options.fluid_g_cm3 = options.fluid_g_cm3;
   float_options.waterline_mm = options.waterline_mm;
   float_options.submerged_fraction = options.submerged_fraction;
-  FloatReport report = start_report(options, input, "float");
+  FloatReport report = start_float(options, input, "float");
   report.result = hollow_float(solid, float_options, progress);
-  report.hollowed = true;
   report.goal.waterline_mm = report.result.waterline_mm;
   const auto judge = [&](const Mesh& delivered) {
     report.after = verify_float(delivered, &solid, report.goal, report.limits, progress);
@@ -268,17 +292,9 @@ void run_spin(const Options& options, Stages& stages, const Progress& progress) 
   spin.largest = options.largest;
   spin.weights = options.weights;
   spin.bounds = options.bounds;
-  SpinReport report;
-  report.command = "spin";
-  report.input = input.summary;
-  report.options = options.in_force;
+  SpinReport report = start_spin(options, input, "spin");
   report.result = hollow_spin(solid, spin, progress);
-  report.goal.axis = options.up;
   report.goal.contact_mm = report.result.contact_mm;
-  report.goal.yoyo = options.yoyo;
-  report.goal.prefer = options.largest ? AxisClass::largest : AxisClass::smallest;
-  report.goal.density_g_cm3 = options.density_g_cm3;
-  report.goal.wall_mm = options.wall_mm;
   const auto judge = [&](const Mesh& delivered) {
     report.after = verify_spin(delivered, &solid, report.goal, report.limits, progress);
     report.before = spin_state_of(solid, report.goal, progress);
@@ -294,15 +310,8 @@ void run_stand(const Options& options, Stages& stages, const Progress& progress)
   stand.objective = options.tip_angle ? StandOptions::Objective::tip_angle : StandOptions::Objective::lowest;
   stand.target_mm = options.target_mm;
   stand.contact_tolerance_mm = options.contact_mm;
-  StandReport report;
-  report.command = "stand";
-  report.input = input.summary;
-  report.options = options.in_force;
+  StandReport report = start_stand(options, input, "stand");
   report.result = hollow_stand(solid, stand, progress);
-  report.goal.up = options.up;
-  report.goal.density_g_cm3 = options.density_g_cm3;
-  report.goal.wall_mm = options.wall_mm;
-  report.goal.contact_tolerance_mm = options.contact_mm;
   report.goal.target_mm = report.result.target_mm;
   const auto judge = [&](const Mesh& delivered) {
     report.after = verify_stand(delivered, &solid, report.goal, report.limits, progress);
@@ -311,38 +320,73 @@ void run_stand(const Options& options, Stages& stages, const Progress& progress)
   deliver(options, report, judge, stages, progress);
 }
 
-void run_verify(const Options& options, Stages& stages, const Progress& progress) {
-  const CheckOptions check{.self_intersections = false};
-  const ReadMesh input = read(options.input, options, check, progress);
+/// A mesh to be judged, and the surface it must have outside if one was given.
+struct Judged {
+  ReadMesh input;
   std::optional<ReadMesh> original;
-  if (!options.original.empty()) {
-    original = read(options.original, options, check, progress);
-    refuse_unusable(*original);
-  }
-  FloatReport report = start_report(options, input, "verify");
-  const Mesh& mesh = input.checked.mesh;
-  const Eigen::AlignedBox3d box = bounding_box(transformed(mesh, working_frame(mesh, options.up)));
-  if (options.waterline_mm) {
-    report.goal.waterline_mm = *options.waterline_mm;
-  } else if (options.submerged_fraction) {
-    report.goal.waterline_mm = *options.submerged_fraction * box.sizes().z();
-  } else {
-    refuse_unusable(input);
-    const Mesh standing = transformed(mesh, working_frame(mesh, options.up));
-    const Mesh hull = boundary_of_union(outer_hull(standing), progress);
-    const double displaced_mm3 =
-        mesh_moments(boundary_of_union(standing, progress))[M1] * options.density_g_cm3 / options.fluid_g_cm3;
-    report.goal.waterline_mm = waterline_for_volume(hull, Eigen::Vector3d::UnitZ(), displaced_mm3);
-  }
-  progress.begin("verify");
-  report.after = verify_float(mesh, original ? &original->checked.mesh : nullptr, report.goal, report.limits, progress);
+
+  const Mesh& mesh() const { return input.checked.mesh; }
+  const Mesh* original_mesh() const { return original ? &original->checked.mesh : nullptr; }
+};
+
+double waterline(const Options& options, const Judged& judged, const Progress& progress) {
+  if (options.waterline_mm) return *options.waterline_mm;
+  const Mesh standing = transformed(judged.mesh(), working_frame(judged.mesh(), options.up));
+  if (options.submerged_fraction) return *options.submerged_fraction * bounding_box(standing).sizes().z();
+  refuse_unusable(judged.input);
+  const Mesh hull = boundary_of_union(outer_hull(standing), progress);
+  const double displaced_mm3 =
+      mesh_moments(boundary_of_union(standing, progress))[M1] * options.density_g_cm3 / options.fluid_g_cm3;
+  return waterline_for_volume(hull, Eigen::Vector3d::UnitZ(), displaced_mm3);
+}
+
+/// Contact point of a top, centre of a yo-yo.
+Eigen::Vector3d spin_point(const Options& options, const Judged& judged, const Progress& progress) {
+  if (options.yoyo) return options.centre_mm.value_or(bounding_box(judged.mesh()).center());
+  if (options.axis.through != SpinAxis::Through::centre_of_mass)
+    return contact_point(judged.mesh(), options.axis, options.up, progress);
+  if (judged.original) return contact_point(*judged.original_mesh(), options.axis, options.up, progress);
+  refuse_unusable(judged.input);
+  return contact_point(outer_hull(judged.mesh()), options.axis, options.up, progress);
+}
+
+/// Tells what `report.after` says.
+template <typename Report>
+void conclude(const Options& options, Report& report, Stages& stages) {
   report.before = report.after.state;
   report.timings_s = stages.finish();
   report.peak_memory_mb = peak_memory_mb();
   write_report(options, report);
   if (!options.quiet) std::cout << summary(report, options.verbose);
-  if (!report.after.pass()) throw Error(ErrorCode::goal, "It does not meet the goal (" + failures(report.after) + ").");
+  if (!report.after.pass()) throw Error(ErrorCode::goal, "It does not meet the goal " + failures(report.after, "."));
   if (!options.quiet) std::cout << "VERIFIED\n";
+}
+
+void run_verify(const Options& options, Stages& stages, const Progress& progress) {
+  const CheckOptions check{.self_intersections = false};
+  Judged judged{read(options.input, options, check, progress), {}};
+  if (!options.original.empty()) {
+    judged.original = read(options.original, options, check, progress);
+    refuse_unusable(*judged.original);
+  }
+  if (options.goal == Command::spin) {
+    SpinReport report = start_spin(options, judged.input, "verify");
+    report.goal.contact_mm = spin_point(options, judged, progress);
+    progress.begin("verify");
+    report.after = verify_spin(judged.mesh(), judged.original_mesh(), report.goal, report.limits, progress);
+    conclude(options, report, stages);
+  } else if (options.goal == Command::stand) {
+    StandReport report = start_stand(options, judged.input, "verify");
+    progress.begin("verify");
+    report.after = verify_stand(judged.mesh(), judged.original_mesh(), report.goal, report.limits, progress);
+    conclude(options, report, stages);
+  } else {
+    FloatReport report = start_float(options, judged.input, "verify");
+    report.goal.waterline_mm = waterline(options, judged, progress);
+    progress.begin("verify");
+    report.after = verify_float(judged.mesh(), judged.original_mesh(), report.goal, report.limits, progress);
+    conclude(options, report, stages);
+  }
 }
 
 void run_inspect(const Options& options, Stages& stages, const Progress& progress) {

@@ -1,6 +1,7 @@
 #include "summary.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -48,20 +49,28 @@ std::string settled(const FloatState& state) {
   return format("%.3f", degrees(state.settled_tilt_rad));
 }
 
-void row(std::string& text, const char* name, const std::string& before, const std::string& after) {
-  text += format("  %-44s %14s %14s\n", name, before.c_str(), after.c_str());
-}
+/// The figures of a body, beside those of the solid it was made from when there is one.
+class Table {
+public:
+  explicit Table(bool with_before) : with_before_(with_before) {
+    if (with_before_) row("", "before (solid)", "after");
+  }
 
-void number_row(std::string& text, const char* name, const char* pattern, double before, double after) {
-  char b[64];
-  char a[64];
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wformat-nonliteral"
-  std::snprintf(b, sizeof b, pattern, before);
-  std::snprintf(a, sizeof a, pattern, after);
-#pragma GCC diagnostic pop
-  row(text, name, b, a);
-}
+  void row(const char* name, const std::string& before, const std::string& after) {
+    text_ += with_before_ ? format("  %-44s %14s %14s\n", name, before.c_str(), after.c_str())
+                          : format("  %-44s %14s\n", name, after.c_str());
+  }
+
+  void row(const char* name, int decimals, double before, double after) {
+    row(name, format("%.*f", decimals, before), format("%.*f", decimals, after));
+  }
+
+  const std::string& text() const { return text_; }
+
+private:
+  bool with_before_;
+  std::string text_;
+};
 
 /// Verdict per criterion, notes, solver, and with `verbose` the timings.
 std::string closing(const RunReport& report, const Verdict& verdict, const HollowResult* hollow, bool verbose) {
@@ -107,6 +116,37 @@ const char* class_text(AxisClass axis) {
   return axis == AxisClass::largest ? "largest" : axis == AxisClass::smallest ? "smallest" : "middle";
 }
 
+std::string option_value(const RunReport& report, const std::string& name) {
+  for (const auto& [option, value] : report.options)
+    if (option == name) return value;
+  return {};
+}
+
+/// As one word for a shell.
+std::string quoted(const std::string& word) {
+  const auto plain = [](unsigned char c) { return std::isalnum(c) || c == '.' || c == '/' || c == '_' || c == '-'; };
+  if (std::all_of(word.begin(), word.end(), plain)) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+/// The command line that judges what a spin run wrote as that run did.
+std::string verify_command(const SpinReport& report) {
+  const SpinGoalSpec& goal = report.goal;
+  const Eigen::Vector3d& p = goal.contact_mm;
+  std::string text = "rayrep verify " + quoted(report.output) + " --goal " + (goal.yoyo ? "yoyo" : "spin") + " --up " +
+                     option_value(report, "up") +
+                     format(" %s %.9g,%.9g,%.9g", goal.yoyo ? "--center" : "--point", p.x(), p.y(), p.z());
+  if (goal.prefer != AxisClass::largest) text += std::string(" --prefer ") + class_text(goal.prefer);
+  text += format(" --density %.9g --wall %.9g", goal.density_g_cm3, goal.wall_mm);
+  // --unit would scale the output, too, which is in mm; a --size fits both, whatever the unit.
+  const bool sized = report.input.scale != 1;
+  if (sized) text += format(" --size %.9g", report.input.size_mm.maxCoeff());
+  if (sized || report.input.mm_per_unit == 1 || report.input.format == "3MF") text += " --original " + quoted(report.input.path);
+  return text;
+}
+
 }  // namespace
 
 std::string summary(const FloatReport& report, bool verbose) {
@@ -118,21 +158,16 @@ std::string summary(const FloatReport& report, bool verbose) {
                  report.goal.waterline_mm,
                  report.hollowed && report.result.waterline_searched ? " (found: the largest metacentric height)" : "",
                  report.goal.fluid_g_cm3, report.goal.density_g_cm3, report.goal.wall_mm);
-  if (report.hollowed) {
-    row(text, "", "before (solid)", "after");
-    number_row(text, "mass, g", "%.3f", before.body.mass_g, after.body.mass_g);
-    number_row(text, "displaced at the waterline, g", "%.3f", before.displaced_mass_g, after.displaced_mass_g);
-    number_row(text, "centre of mass above centre of buoyancy, mm", "%.3f",
-               up.dot(before.body.centre_of_mass_mm - before.water.centre_of_buoyancy_mm),
-               up.dot(after.body.centre_of_mass_mm - after.water.centre_of_buoyancy_mm));
-    number_row(text, "horizontal offset between the two, mm", "%.5f", before.horizontal_offset_mm, after.horizontal_offset_mm);
-    number_row(text, "metacentric height, mm", "%.3f", before.metacentric_height_mm, after.metacentric_height_mm);
-    row(text, "settles at a tilt of, degrees", settled(before), settled(after));
-    text += "\n";
-  } else {
-    text += format("  mass %.3f g, displaced at the waterline %.3f g\n\n", after.body.mass_g, after.displaced_mass_g);
-  }
-  text += closing(report, report.after, report.hollowed ? &report.result.hollow : nullptr, verbose);
+  Table table(report.hollowed);
+  table.row("mass, g", 3, before.body.mass_g, after.body.mass_g);
+  table.row("displaced at the waterline, g", 3, before.displaced_mass_g, after.displaced_mass_g);
+  table.row("centre of mass above centre of buoyancy, mm", 3,
+            up.dot(before.body.centre_of_mass_mm - before.water.centre_of_buoyancy_mm),
+            up.dot(after.body.centre_of_mass_mm - after.water.centre_of_buoyancy_mm));
+  table.row("horizontal offset between the two, mm", 5, before.horizontal_offset_mm, after.horizontal_offset_mm);
+  table.row("metacentric height, mm", 3, before.metacentric_height_mm, after.metacentric_height_mm);
+  table.row("settles at a tilt of, degrees", settled(before), settled(after));
+  text += table.text() + "\n" + closing(report, report.after, report.hollowed ? &report.result.hollow : nullptr, verbose);
   if (report.hollowed)
     text += format("centre of mass within %.0e of the lowest possible on these rays (proven by duality)\n",
                    std::max(std::abs(report.result.hollow.duality_gap), 1e-9));
@@ -146,41 +181,44 @@ std::string summary(const SpinReport& report, bool verbose) {
   const Eigen::Vector3d& p = report.goal.contact_mm;
   text += format("%s at (%.3f, %.3f, %.3f) mm, material %g g/cm3, wall %g mm\n\n", report.goal.yoyo ? "centre" : "contact", p.x(),
                  p.y(), p.z(), report.goal.density_g_cm3, report.goal.wall_mm);
-  row(text, "", "before (solid)", "after");
-  number_row(text, "mass, g", "%.3f", before.body.mass_g, after.body.mass_g);
-  number_row(text, "centre of mass beside the axis, mm", "%.5f", before.offset_mm, after.offset_mm);
-  if (!report.goal.yoyo) number_row(text, "centre of mass above the contact, mm", "%.3f", before.height_mm, after.height_mm);
-  number_row(text, "axis off the nearest principal axis, degrees", "%.4f", degrees(before.axis_angle_rad),
-             degrees(after.axis_angle_rad));
-  number_row(text, "Izz over the larger lateral moment", "%.4f", before.ratio_larger, after.ratio_larger);
-  number_row(text, "Izz over the smaller lateral moment", "%.4f", before.ratio_smaller, after.ratio_smaller);
-  row(text, "the axis is that of the ... moment", class_text(before.axis_class), class_text(after.axis_class));
-  text += format("  stable speeds after, rpm: %s%s\n\n", speeds(after.sliding).c_str(),
+  Table table(report.hollowed);
+  table.row("mass, g", 3, before.body.mass_g, after.body.mass_g);
+  table.row("centre of mass beside the axis, mm", 5, before.offset_mm, after.offset_mm);
+  if (!report.goal.yoyo) table.row("centre of mass above the contact, mm", 3, before.height_mm, after.height_mm);
+  table.row("axis off the nearest principal axis, degrees", 4, degrees(before.axis_angle_rad), degrees(after.axis_angle_rad));
+  table.row("Izz over the larger lateral moment", 4, before.ratio_larger, after.ratio_larger);
+  table.row("Izz over the smaller lateral moment", 4, before.ratio_smaller, after.ratio_smaller);
+  table.row("the axis is that of the ... moment", class_text(before.axis_class), class_text(after.axis_class));
+  text += table.text();
+  text += format("  stable speeds%s, rpm: %s%s\n\n", report.hollowed ? " after" : "", speeds(after.sliding).c_str(),
                  report.goal.yoyo ? "" : (" (sliding tip); " + speeds(after.fixed) + " (fixed tip)").c_str());
-  return text + closing(report, report.after, &report.result.hollow, verbose);
+  text += closing(report, report.after, report.hollowed ? &report.result.hollow : nullptr, verbose);
+  if (verbose && !report.output.empty()) text += "\nto judge it again: " + verify_command(report) + "\n";
+  return text;
 }
 
 std::string summary(const StandReport& report, bool verbose) {
   std::string text = input_text(report.input);
   const StandState& before = report.before;
   const StandState& after = report.after.state;
-  const Eigen::Vector3d& t = report.result.target_mm;
-  text +=
-      format("target (%.3f, %.3f, %.3f) mm, support of %zu corners and %.1f mm2, material %g g/cm3, wall %g mm\n\n", t.x(), t.y(),
-             t.z(), after.polygon.corners_mm.size(), after.polygon.area_mm2, report.goal.density_g_cm3, report.goal.wall_mm);
-  row(text, "", "before (solid)", "after");
-  number_row(text, "mass, g", "%.3f", before.body.mass_g, after.body.mass_g);
-  number_row(text, "centre of mass beside the target, mm", "%.5f", before.target_offset_mm, after.target_offset_mm);
-  number_row(text, "centre of mass above the ground, mm", "%.3f", before.height_mm, after.height_mm);
-  number_row(text, "smallest tipping angle, degrees", "%.3f", degrees(before.smallest_tipping_angle_rad),
-             degrees(after.smallest_tipping_angle_rad));
+  if (report.goal.target_mm) {
+    const Eigen::Vector3d& t = *report.goal.target_mm;
+    text += format("target (%.3f, %.3f, %.3f) mm, ", t.x(), t.y(), t.z());
+  }
+  text += format("support of %zu corners and %.1f mm2, material %g g/cm3, wall %g mm\n\n", after.polygon.corners_mm.size(),
+                 after.polygon.area_mm2, report.goal.density_g_cm3, report.goal.wall_mm);
+  Table table(report.hollowed);
+  table.row("mass, g", 3, before.body.mass_g, after.body.mass_g);
+  if (report.goal.target_mm) table.row("centre of mass beside the target, mm", 5, before.target_offset_mm, after.target_offset_mm);
+  table.row("centre of mass above the ground, mm", 3, before.height_mm, after.height_mm);
+  table.row("smallest tipping angle, degrees", 3, degrees(before.smallest_tipping_angle_rad),
+            degrees(after.smallest_tipping_angle_rad));
   // Of a round base only the report lists every edge.
   if (before.tipping_angles_rad.size() == after.tipping_angles_rad.size() && after.tipping_angles_rad.size() <= 12)
     for (std::size_t n = 0; n < after.tipping_angles_rad.size(); ++n)
-      number_row(text, format("  over edge %zu", n + 1).c_str(), "%.3f", degrees(before.tipping_angles_rad[n]),
-                 degrees(after.tipping_angles_rad[n]));
-  text += "\n";
-  return text + closing(report, report.after, &report.result.hollow, verbose);
+      table.row(format("  over edge %zu", n + 1).c_str(), 3, degrees(before.tipping_angles_rad[n]),
+                degrees(after.tipping_angles_rad[n]));
+  return text + table.text() + "\n" + closing(report, report.after, report.hollowed ? &report.result.hollow : nullptr, verbose);
 }
 
 std::string summary(const InputSummary& input, double density_g_cm3, double area_mm2, const MassProperties* mass) {

@@ -6,10 +6,9 @@
 
 namespace rayrep::tool {
 
-/// The summary of a float or verify run for a terminal: what came in, before and after side by side, verdict per criterion.
+/// The summary of a run for a terminal: what came in, before and after side by side (of a verify run: after alone), verdict per
+/// criterion. Of a spin that wrote a mesh, `verbose` adds the command line that judges it again.
 std::string summary(const FloatReport& report, bool verbose);
-
-/// The same of a spin and of a stand run.
 std::string summary(const SpinReport& report, bool verbose);
 std::string summary(const StandReport& report, bool verbose);
 

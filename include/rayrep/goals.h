@@ -112,24 +112,4 @@ private:
   double length_;
 };
 
-/// One step of Dinkelbach's iteration for StandGoal: minimise (s_z - h s_1) / (V L) under the same constraints, affine in s. Its
-/// minimum is 0 exactly when h is the lowest height of the centre of mass.
-class LoweringGoal final : public Goal {
-public:
-  LoweringGoal(const Eigen::Vector2d& target_mm, double height_mm, double volume_mm3, double length_mm);
-
-  int constraints() const override { return 2; }
-  bool affine() const override { return true; }
-  double objective(const Moments& s) const override;
-  Moments gradient(const Moments& s) const override;
-  Eigen::Matrix<double, 10, 10> hessian(const Moments& s) const override;
-  Eigen::VectorXd constraint_values(const Moments& s) const override;
-  Eigen::Matrix<double, Eigen::Dynamic, 10> constraint_jacobian(const Moments& s) const override;
-
-private:
-  StandGoal stand_;
-  double height_;
-  double unit_;
-};
-
 }  // namespace rayrep

@@ -27,9 +27,10 @@ struct HollowOptions {
   /// As-built passes: after each meshing the difference between the mesh's exact moments and the model's is fed back and the
   /// problem is solved again, until the mesh meets mass and offset to `as_built_tolerance` (relative to mass and to the diagonal).
   /// theory.md (16d). A mesh that misses it after the last pass is delivered all the same: verify_float judges.
-  int max_passes = 4;
-  double as_built_tolerance = 2e-5;
-  SolveOptions solve;
+  int max_passes = 6;
+  double as_built_tolerance = 1e-6;
+  Solver solver = Solver::quadric;
+  SolveOptions solve;  ///< of Ipopt, where it is the solver
   /// What storing does to coordinates (e.g. rounding to float32), see as_stored in mesh_io.h; empty: nothing.
   std::function<Mesh(const Mesh&)> as_stored;
 };
@@ -58,7 +59,8 @@ struct HollowResult {
   SolveReport solve;                ///< of the last pass
   int solver_iterations = 0;        ///< over all passes
   int passes = 0;
-  double duality_gap = 0;  ///< (objective - proven lower bound) / |bound| on these rays, last pass; may be -1e-7 (tolerance)
+  double as_built_error = 0;  ///< of the delivered mesh, to compare with HollowOptions::as_built_tolerance
+  double duality_gap = 0;     ///< (objective - proven lower bound) / |bound| on these rays, last pass; may be -1e-7 (tolerance)
 };
 
 struct FloatResult {
@@ -88,6 +90,14 @@ struct SpinAxis {
   bool leaves_below = false;  ///< contact where the axis through `point_mm` leaves the mesh below
 };
 
+/// The contact point of a top, in the frame of `mesh`: the rule by which hollow_spin finds it, so that a hollowed mesh can be
+/// judged at the point it was made for. `lowest_point` and `leaves_below` see the outside only; `centre_of_mass` is that of `mesh`
+/// as it is: give the solid, not what has been hollowed (see outer_hull).
+/// @param mesh  closed when `axis` goes through the centre of mass (not checked)
+/// @param up    need not be a unit vector
+/// @throws Error{usage} when the vertical through SpinAxis::point_mm does not meet the mesh; Error{interrupted}
+Eigen::Vector3d contact_point(const Mesh& mesh, const SpinAxis& axis, const Eigen::Vector3d& up, const Progress& progress = {});
+
 struct SpinOptions {
   HollowOptions hollow;
   SpinAxis axis;
@@ -97,7 +107,7 @@ struct SpinOptions {
   bool largest = true;  ///< Izz shall be the largest principal moment, else the smallest
   SpinGoal::Weights weights;
   SegmentBounds bounds = SegmentBounds::complete;
-  double start_fill = 1;  ///< where the solver starts: 1 all solid, 0 all void
+  double start_fill = 1;  ///< where Ipopt starts: 1 all solid, 0 all void
 };
 
 struct SpinResult {

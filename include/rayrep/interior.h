@@ -8,6 +8,13 @@
 
 namespace rayrep {
 
+/// A pull between two variables of an interior: weight (x_i - x_j)^2 / 2.
+struct Coupling {
+  int i = 0;
+  int j = 0;  ///< not i
+  double weight = 0;
+};
+
 /// The seam between discretisations and goals. An interior maps its design variables x, each between two bounds,
 /// to the ten moments of the material it describes, with unit density. Each variable enters on its own:
 ///
@@ -36,6 +43,12 @@ public:
   /// Diagonal of the Hessian of w.S(x) for the variables first ... first + count - 1.
   virtual Eigen::VectorXd hessian_diagonal(const Eigen::VectorXd& x, const Moments& w, Eigen::Index first,
                                            Eigen::Index count) const = 0;
+
+  /// What a solver that counts lengths in units of `length_mm` should count a variable in: `length_mm` unless overridden, since
+  /// most variables are lengths. Only scales.
+  virtual double variable_unit(double length_mm) const { return length_mm; }
+  /// A regulariser: the sum of these is added to the goal's objective while solving. Empty unless overridden. One entry per pair.
+  virtual std::vector<Coupling> couplings() const { return {}; }
 };
 
 }  // namespace rayrep

@@ -44,11 +44,11 @@ public:
 ///     sum_c = sum_{c-1} + contribution of chunk c,   sum_0 = constant,   s = sum_last,
 ///
 /// so that no row is dense and factorising costs time proportional to the number of variables. theory.md (25).
-/// Variables: the interior's in units of `length_mm`; then, chunk by chunk, the sums of the moments that take part, over V L^degree
-/// / n (V the volume scale, n the number of interior variables), which makes derivatives of order 1. f is n times the goal's
-/// objective, likewise its constraints. An affine goal keeps its objective on the interior's variables: with affine constraints the
-/// programme is then a convex or concave quadratic one. Constraints: the chain, chunk by chunk; the goal's; x_j - x_i >= 0 for the
-/// interior's ordered pairs.
+/// Variables: the interior's in units of `Interior::variable_unit`; then, chunk by chunk, the sums of the moments that take part,
+/// over V L^degree / n (V the volume scale, n the number of interior variables), which makes derivatives of order 1. f is n times
+/// the sum of the goal's objective and the interior's couplings, and the constraints are n times the goal's. An affine goal keeps
+/// its objective on the interior's variables: with affine constraints the programme is then a convex or concave quadratic one.
+/// Constraints: the chain, chunk by chunk; the goal's; x_j - x_i >= 0 for the interior's ordered pairs.
 class InteriorNlp final : public Nlp {
 public:
   struct Scale {
@@ -76,7 +76,7 @@ public:
   Eigen::VectorXd hessian_values(const Eigen::VectorXd& x, double objective_factor, const Eigen::VectorXd& mu) const override;
   bool quadratic() const override { return goal_.affine() && chained_are_linear_; }
 
-  /// The interior's own variables, mm.
+  /// The interior's own variables.
   Eigen::VectorXd interior_variables(const Eigen::VectorXd& x) const;
   /// Moments of the whole body from the interior's variables (not from the sums).
   Moments body(const Eigen::VectorXd& x) const;
@@ -91,13 +91,14 @@ private:
   const Goal& goal_;
   const Interior& interior_;
   Moments constant_;
-  double length_;
+  double variable_unit_;
   double fill_;
   double n_;                  ///< number of interior variables
   Moments unit_;              ///< of each sum
   std::vector<int> chained_;  ///< which moments take part
   bool chained_are_linear_;
   std::vector<std::pair<int, int>> pairs_;
+  std::vector<Coupling> couplings_;
 };
 
 }  // namespace rayrep

@@ -4,44 +4,64 @@
 
 #include "rayrep/goals.h"
 #include "rayrep/moments.h"
-#include "rayrep/ray_rep.h"
+#include "rayrep/ray_integrals.h"
 
 namespace rayrep {
 
-/// The optimum of an affine goal over all interiors on a ray-rep, with its proof.
+/// The best interior for a goal among all interiors on the rays: of any number of segments, or of fractional density.
 struct QuadricSolution {
-  bool converged = false;             ///< constraints met to 1e-10
+  bool converged = false;             ///< the KKT residual is below QuadricOptions::tolerance
+  bool infeasible = false;            ///< proven: see `separation`
   int evaluations = 0;                ///< passes over the rays
-  Moments q = Moments::Zero();        ///< material is where q.phi < 0
-  Moments moments = Moments::Zero();  ///< of the whole body
+  Moments q = Moments::Zero();        ///< switching function: material is where q.phi < 0
+  Eigen::VectorXd multipliers;        ///< mu of the constraints; q = grad F + J^T mu
+  Moments moments = Moments::Zero();  ///< of the whole body, constant + S(q)
   double objective = 0;               ///< goal.objective(moments)
-  double lower_bound = 0;             ///< dual value: no interior on these rays that meets the constraints does better
+  double residual = 0;                ///< relative KKT residual: of s = constant + S(grad F(s) + J^T mu) and of c(s) = 0
+  /// Proven for affine goals: no interior on these rays that meets the constraints does better. -infinity otherwise.
+  double lower_bound = 0;
+  /// When infeasible: multipliers y with min over all interiors of y.c(s) > 0, which one pass over the rays can check
+  /// (separation_margin). Empty otherwise.
+  Eigen::VectorXd separation;
 };
 
-/// Maximises the concave dual g(mu) = min over interiors of [ objective(s) + mu.c(s) ] by Newton's method with line search. The
-/// inner minimum has the closed form z0 = lo, z1 = clamp(root of q.phi along the ray), q = grad objective + (dc/ds)^T mu: the rays
-/// are eliminated and the unknowns are the multipliers mu. Each evaluation is one pass over the rays. theory.md (15).
-/// @param goal      affine, with a positive derivative by s_z and none by second moments (float and stand); its first constraint
-///                  fixes the mass
-/// @param domain    inner domain
-/// @param constant  moments of the rest of the body
-/// Constraints that cannot be met are a result: `converged` is false after 200 evaluations. The bound holds all the same.
-QuadricSolution solve_quadric(const Goal& goal, const RayRep& domain, const Moments& constant);
+struct QuadricOptions {
+  double tolerance = 1e-10;
+  int max_evaluations = 200;
+  /// Where to start, from a neighbouring problem; without multipliers: from the solid's moments.
+  Eigen::VectorXd multipliers;
+  Moments moments = Moments::Zero();
+};
 
-/// The interior that comes nearest to meeting linear constraints.
+/// Minimises a goal with affine constraints over all interiors on the rays. At an optimum there is q = grad F(s) + J^T mu such that
+/// material lies exactly where q.phi < 0 (theory.md (15), (30)), so the rays are eliminated and at most ten unknowns remain.
+///
+/// Affine goals: Newton's method with line search on the concave dual. Others: Newton's method on the KKT conditions, and where
+/// that fails or ends at no minimum, sequential convex programming over the attainable moments, a convex set, with each step's
+/// subproblem solved by its dual. A goal that is quasiconvex (a yo-yo, a body on a given height) has one minimum; others may have
+/// more, see certify.h.
+/// @param rays      inner domain
+/// @param constant  moments of the rest of the body
+/// Constraints that cannot be met are a result, with proof.
+QuadricSolution solve_quadric(const Goal& goal, const RayIntegrals& rays, const Moments& constant,
+                              const QuadricOptions& options = {});
+
+/// min over all interiors of y.c(s) for constraints c(s) = c_0 + J s: positive when y separates them from what is attainable.
+double separation_margin(const Goal& goal, const Eigen::VectorXd& y, const RayIntegrals& rays, const Moments& constant);
+
+/// The interior that comes nearest to meeting affine constraints.
 struct NearestSolution {
-  bool converged = false;             ///< to 1e-9 of the distance, or found to be attainable
-  bool attainable = false;            ///< the distance is below the tolerance
+  bool converged = false;   ///< to 1e-9 of the distance, or found to be attainable
+  bool attainable = false;  ///< the distance is below the tolerance
+  int evaluations = 0;
   Moments moments = Moments::Zero();  ///< of the whole body
-  double distance = 0;                ///< |A s|
+  double distance = 0;                ///< |c(s)|
   double lower_bound = 0;             ///< proven: no interior on these rays comes nearer
 };
 
-/// Minimises |A s| over all interiors on a ray-rep by Newton's method on the concave dual g(y) = min over interiors of y.(A s) -
-/// |y|^2 / 2, whose inner minimum is material where (A^T y).phi < 0. theory.md (28)
-/// @param A  rows that are linear in z along a ray: no entries for s_zz
+/// Minimises |c(s)| over all interiors on the rays by Newton's method on the concave dual g(y) = min over interiors of y.c(s) -
+/// |y|^2 / 2, whose inner minimum is material where (J^T y).phi < 0. theory.md (28)
 /// @param tolerance  distances below it count as attainable
-NearestSolution nearest_attainable(const Eigen::Matrix<double, Eigen::Dynamic, 10>& A, const RayRep& domain,
-                                   const Moments& constant, double tolerance);
+NearestSolution nearest_attainable(const Goal& goal, const RayIntegrals& rays, const Moments& constant, double tolerance);
 
 }  // namespace rayrep

@@ -36,11 +36,17 @@ enum class SegmentBounds {
   complete
 };
 
+/// What lies between z0 and z1.
+enum class Between {
+  material,  ///< as in the papers; the best for a largest axis, whose q_zz is positive
+  cavity     ///< material below z0 and above z1; the best for a smallest axis, whose q_zz is negative
+};
+
 /// Interior of the spin and yo-yo problems on rays (ray-reps paper, Eq. 2): two variables per interval of the inner domain, in the
-/// order z0, z1 of each; material between them, void below z0 and above z1. Moments as in (13) with z0 in place of zmin.
+/// order z0, z1 of each. Moments of the material between them, or below and above, as in (13).
 class SegmentRays final : public Interior {
 public:
-  SegmentRays(RayRep domain, SegmentBounds bounds);
+  SegmentRays(RayRep domain, SegmentBounds bounds, Between between = Between::material);
 
   const RayRep& domain() const { return domain_; }
   Eigen::Index variables() const override;
@@ -54,10 +60,17 @@ public:
                                    Eigen::Index count) const override;
 
 private:
+  /// +1 where material grows with z, -1 where it shrinks.
+  double end_sign(Eigen::Index v) const { return (v % 2 == 0) == (between_ == Between::material) ? -1 : 1; }
+
   RayRep domain_;
   SegmentBounds bounds_;
+  Between between_;
   std::vector<Eigen::Vector2d> xy_;  ///< of each interval
 };
+
+/// Moments of a ray's segment from lo to hi at (x, y), per unit of cell area: mm, mm^2, mm^3. Negative when hi < lo. theory.md (13)
+Moments segment_moments(const Eigen::Vector2d& xy, double lo, double hi);
 
 /// Moments of all of a ray-rep's intervals, unit density.
 Moments ray_moments(const RayRep& rays);

@@ -24,15 +24,19 @@
 #include "rayrep/mesh_io.h"          // STL, OBJ, PLY, OFF, 3MF
 #include "rayrep/moments.h"          // mass, centre of mass, inertia: the ten moments
 #include "rayrep/nlp.h"              // goal and interior as a nonlinear programme
+#include "rayrep/octree_interior.h"  // an interior on an octree of cells
 #include "rayrep/progress.h"         // stages and cancellation
 #include "rayrep/quadric.h"          // the optimum in closed form, with a proof
 #include "rayrep/ray_cast.h"         // mesh -> ray-rep
+#include "rayrep/ray_integrals.h"    // moments of the part of the rays where a quadric is negative
 #include "rayrep/ray_interior.h"     // an interior on rays
 #include "rayrep/ray_rep.h"          // solids as intervals along rays
 #include "rayrep/report.h"           // JSON
 #include "rayrep/solve.h"            // by Ipopt
+#include "rayrep/solve_octree.h"     // split and merge
 #include "rayrep/spin.h"             // which axis, and at which speeds a spin is stable
 #include "rayrep/support_polygon.h"  // contact with the ground, tipping angles
 #include "rayrep/surface_query.h"    // nearest points and crossings (Embree)
 #include "rayrep/verify.h"           // the judge
+#include "rayrep/voxel_interior.h"   // an interior on uniform voxels
 #include "rayrep/waterline.h"        // which waterlines can be met

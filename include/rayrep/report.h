@@ -31,6 +31,7 @@ struct RunReport {
   std::string output;                                        ///< path; empty when nothing was written
   std::vector<std::pair<std::string, std::string>> options;  ///< as they were in force, by name
   std::size_t delivered_triangles = 0;
+  bool hollowed = false;                                  ///< `result` of the goal's report is meaningful; false for a verify run
   std::vector<std::pair<std::string, double>> timings_s;  ///< stage and seconds, in order of first occurrence, then total
   double peak_memory_mb = 0;
 };
@@ -38,16 +39,15 @@ struct RunReport {
 struct FloatReport : RunReport {
   FloatGoalSpec goal;
   FloatLimits limits;
-  FloatState before;      ///< the solid; of a verify run: the same as after
-  FloatVerdict after;     ///< judged from the file re-read from disk
-  bool hollowed = false;  ///< `result` is meaningful
+  FloatState before;   ///< the solid; of a verify run: the same as after
+  FloatVerdict after;  ///< judged from the file re-read from disk
   FloatResult result;
 };
 
 struct SpinReport : RunReport {
   SpinGoalSpec goal;
   SpinLimits limits;
-  SpinState before;   ///< the solid
+  SpinState before;   ///< the solid; of a verify run: the same as after
   SpinVerdict after;  ///< judged from the file re-read from disk
   SpinResult result;
 };
@@ -55,7 +55,7 @@ struct SpinReport : RunReport {
 struct StandReport : RunReport {
   StandGoalSpec goal;
   StandLimits limits;
-  StandState before;   ///< the solid
+  StandState before;   ///< the solid; of a verify run: the same as after
   StandVerdict after;  ///< judged from the file re-read from disk
   StandResult result;
 };

@@ -8,6 +8,14 @@
 
 namespace rayrep {
 
+/// How the inside is discretised and solved.
+enum class Solver {
+  quadric,  ///< exact on the rays: the ends eliminated in closed form, see quadric.h
+  rays,     ///< the ray-reps paper: Ipopt over the ends of each interval
+  voxels,   ///< the paper's comparison: Ipopt over the fill fractions of uniform voxels, one ray spacing wide
+  octree    ///< Spin-It's: the same over an adaptive octree
+};
+
 /// What is known after a solve.
 enum class SolveStatus {
   not_run,          ///< no solver was called; no other field means anything

@@ -15,9 +15,10 @@ namespace rayrep {
 
 /// A body that shall float, in the working frame: z up, its lowest point at z = 0.
 struct FloatProblem {
-  const Mesh& hull;     ///< what the fluid touches, see hydrostatics
-  const RayRep& inner;  ///< inner domain
-  Moments shell;        ///< moments of everything outside the inner domain, unit density
+  const Mesh& hull;               ///< what the fluid touches, see hydrostatics
+  const RayRep& inner;            ///< inner domain
+  const RayIntegrals& integrals;  ///< over it
+  Moments shell;                  ///< moments of everything outside the inner domain, unit density
   double fluid_g_cm3 = 1.0;
   double density_g_cm3 = 1.24;
   double wall_mm = 1.2;

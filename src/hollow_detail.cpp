@@ -1,0 +1,147 @@
+#include "hollow_detail.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "rayrep/cavity.h"
+#include "rayrep/error.h"
+#include "rayrep/mesh_check.h"
+#include "text.h"
+
+namespace rayrep::detail {
+namespace {
+
+/// The grid on which the cavity is meshed: as fine as the rays, but not finer than a printer sees, nor so coarse that the triangles
+/// between the vertices cut into the wall (a chord of length h takes h^2 / (4 wall)); up to twice as coarse for a large body, whose
+/// memory would run out.
+double field_spacing(double ray_spacing_mm, double wall_mm, double size_mm) {
+  const double printer_mm = std::min(0.3, size_mm / 100);
+  return std::min(std::max(ray_spacing_mm, printer_mm), std::max(0.25 * wall_mm, std::min(0.5 * wall_mm, size_mm / 500)));
+}
+
+/// Meshes the cavity of q and appends it to the outer surface, as it will be stored.
+struct Built {
+  Mesh delivered;
+  CavityMesh cavity;  ///< working frame
+  Moments body;       ///< exact moments of the delivered body, unit density, working frame
+};
+
+Built build(Body& body, const Moments& q, const HollowOptions& options) {
+  CavityOptions cavity_options;
+  cavity_options.wall_mm = options.wall_mm;
+  cavity_options.min_cavity_mm3 = options.min_cavity_mm3;
+  Built built;
+  built.cavity = mesh_cavity(body.inner.field, body.surface, q, cavity_options);
+  Mesh shells = transformed(built.cavity.mesh, body.to_working.inverse());
+  if (options.as_stored) shells = options.as_stored(shells);
+  built.body = body.solid + mesh_moments(transformed(shells, body.to_working));  // shells face inward: negative
+  built.delivered = body.outer;
+  append(built.delivered, shells);
+  return built;
+}
+
+[[noreturn]] void throw_unsolved(const SolveReport& report) {
+  throw Error(ErrorCode::solver, "The solver stopped before it converged: " + report.solver + " says " + report.solver_status +
+                                     " after " + std::to_string(report.iterations) + " iterations with " +
+                                     std::to_string(report.variables) + " variables. Try another resolution (--resolution).");
+}
+
+}  // namespace
+
+void require(bool holds, const std::string& message) {
+  if (!holds) throw Error(ErrorCode::usage, message);
+}
+
+void check_options(const HollowOptions& options) {
+  require(options.up.allFinite() && options.up.norm() > 0, "The up direction must be a vector that is not zero.");
+  require(options.wall_mm > 0 && std::isfinite(options.wall_mm),
+          "The wall must be thicker than 0 mm; it is " + number(options.wall_mm, 3) + " mm.");
+  require(options.density_g_cm3 > 0 && std::isfinite(options.density_g_cm3),
+          "The density must be positive; it is " + number(options.density_g_cm3, 3) + " g/cm3.");
+  require(options.resolution >= 20 && options.resolution <= 1000,
+          "The resolution must lie between 20 and 1000 rays; it is " + std::to_string(options.resolution) + ".");
+  require(options.max_passes >= 1, "At least one pass is needed.");
+}
+
+Body::Body(Mesh mesh, const Eigen::Affine3d& frame, const HollowOptions& options, const Progress& progress)
+    : outer(std::move(mesh)),
+      to_working(frame),
+      working(transformed(outer, to_working)),
+      hull(boundary_of_union(outer_hull(working), progress)),
+      solid(mesh_moments(boundary_of_union(working, progress))),
+      surface(working) {
+  const Eigen::AlignedBox3d box = bounding_box(working);
+  size_mm = box.sizes().maxCoeff();
+  diagonal_mm = box.diagonal().norm();
+  height_mm = box.sizes().z();
+
+  InnerDomainOptions inner_options;
+  inner_options.wall_mm = options.wall_mm;
+  inner_options.ray_spacing_mm = size_mm / options.resolution;
+  inner_options.field_spacing_mm = field_spacing(inner_options.ray_spacing_mm, options.wall_mm, size_mm);
+  inner_options.min_component_mm3 = options.min_cavity_mm3;
+  if (inner_options.field_spacing_mm > 0.5 * options.wall_mm || inner_options.field_spacing_mm < size_mm / 1000)
+    throw Error(ErrorCode::goal, "A wall of " + number(options.wall_mm, 3) + " mm is too thin to be resolved in a body " +
+                                     number(size_mm, 1) + " mm long: choose at least " + number(size_mm / 500, 3) +
+                                     " mm (--wall). If the body is not meant to be that long, set --unit or --size.");
+  inner = inner_domain(surface, inner_options, progress);
+  if (inner.rays.intervals.empty()) throw Error(ErrorCode::goal, nothing_inside(options, progress));
+  integrals.emplace(inner.rays);
+  shell = solid - integrals->full();
+}
+
+std::string Body::nothing_inside(const HollowOptions& options, const Progress& progress) const {
+  const ClosestPoint deepest = deepest_point(surface, progress);
+  const Eigen::Vector3d at = to_working.inverse() * deepest.point_mm;
+  const Eigen::Vector3d size = bounding_box(outer).sizes();
+  std::string text = "Nothing remains inside a wall of " + number(options.wall_mm, 2) + " mm: the deepest point, at (" +
+                     number(at.x(), 2) + ", " + number(at.y(), 2) + ", " + number(at.z(), 2) + "), is only " +
+                     number(deepest.distance_mm, 3) + " mm from the surface";
+  if (deepest.distance_mm > options.wall_mm) text += " and the room around it is too small to print";
+  return text + ". The body measures " + number(size.x(), 2) + " x " + number(size.y(), 2) + " x " + number(size.z(), 2) +
+         " mm: if that is not what you meant, set the unit (--unit) or the size (--size); otherwise choose a thinner wall "
+         "(--wall).";
+}
+
+Moments solve_as_built(Body& body, InteriorSolver solver, const HollowOptions& options,
+                       const std::function<double(const Moments&)>& error, HollowResult& hollow, const Progress& progress) {
+  Moments correction = Moments::Zero();
+  Moments best_correction = correction;
+  hollow.as_built_error = std::numeric_limits<double>::infinity();
+  for (int pass = 1; pass <= options.max_passes; ++pass) {
+    progress.begin("solve");
+    InteriorSolver::Solved solved = solver.solve(body.shell + correction, progress);
+    hollow.solver_iterations += solved.report.iterations;
+    hollow.passes = pass;
+    if (solved.report.status != SolveStatus::converged) {
+      // At the edge of what can be met the feedback may ask for too much: keep the best so far.
+      if (pass > 1) break;
+      throw_unsolved(solved.report);
+    }
+
+    progress.begin("mesh");
+    Built built = build(body, solved.q, options);
+    if (const double e = error(built.body); e < hollow.as_built_error) {
+      hollow.as_built_error = e;
+      best_correction = correction;
+      hollow.solve = std::move(solved.report);
+      hollow.q = solved.q;
+      hollow.delivered = std::move(built.delivered);
+      hollow.cavities = built.cavity.cavities;
+      hollow.filled_cavities = built.cavity.filled;
+      hollow.filled_mm3 = built.cavity.filled_mm3;
+      hollow.removed_islands = built.cavity.removed_islands;
+    }
+    if (hollow.as_built_error <= options.as_built_tolerance) break;
+    correction += built.body - solved.model;
+  }
+  hollow.cast = body.inner.cast;
+  hollow.dropped_components = body.inner.dropped_components;
+  hollow.ray_spacing_mm = body.inner.rays.grid.spacing_mm;
+  hollow.field_spacing_mm = body.inner.field.spacing_mm;
+  hollow.to_working = body.to_working;
+  return best_correction;
+}
+
+}  // namespace rayrep::detail

@@ -1,0 +1,86 @@
+#include "interior_solver.h"
+
+#include <memory>
+
+#include "rayrep/solve_octree.h"
+#include "rayrep/voxel_interior.h"
+
+namespace rayrep {
+
+InteriorSolver::Solved InteriorSolver::solve(const Moments& constant, const Progress& progress) {
+  switch (setup_.solver) {
+    case Solver::quadric:
+      return solve_quadric(constant);
+    case Solver::rays:
+      if (setup_.segments) return solve_interior(SegmentRays(domain_, setup_.bounds, setup_.between), constant, progress);
+      return solve_interior(BottomFilledRays(domain_), constant, progress);
+    case Solver::voxels:
+      return solve_interior(VoxelInterior(domain_, 1), constant, progress);
+    case Solver::octree:
+      return solve_octree(constant, progress);
+  }
+  return {};
+}
+
+InteriorSolver::Solved InteriorSolver::solve_quadric(const Moments& constant) {
+  Solved solved;
+  QuadricSolution& exact = solved.quadric;
+  exact = rayrep::solve_quadric(goal_, integrals_, constant, warm_);
+  if (exact.converged) {
+    warm_.multipliers = exact.multipliers;
+    warm_.moments = exact.moments;
+  }
+  solved.q = exact.q;
+  solved.model = exact.moments;
+  SolveReport& report = solved.report;
+  report.solver = "quadric";
+  report.status = exact.converged ? SolveStatus::converged : exact.infeasible ? SolveStatus::infeasible : SolveStatus::failed;
+  report.solver_status = exact.converged ? "converged" : exact.infeasible ? "infeasible, proven" : "stalled";
+  report.iterations = exact.evaluations;
+  report.variables = exact.multipliers.size();
+  report.objective = exact.objective;
+  report.constraint_violation = exact.residual;
+  report.multipliers = exact.multipliers;
+  return solved;
+}
+
+InteriorSolver::Solved InteriorSolver::solve_interior(const Interior& interior, const Moments& constant,
+                                                      const Progress& progress) const {
+  const InteriorNlp nlp(goal_, interior, constant, setup_.scale, setup_.start_fill);
+  Solved solved;
+  SolveReport& report = solved.report;
+  report = solve_ipopt(nlp, setup_.options, progress);
+  if (report.status != SolveStatus::converged && !nlp.quadratic()) {
+    SolveOptions other = setup_.options;
+    other.adaptive_barrier = !other.adaptive_barrier;
+    const int before = report.iterations;
+    report = solve_ipopt(nlp, other, progress);
+    report.iterations += before;
+  }
+  report.solver = setup_.solver == Solver::voxels ? "voxels (Ipopt)" : "rays (Ipopt)";
+  solved.model = nlp.body(report.x);
+  solved.q = nlp.switching(report.multipliers);
+  report.x = nlp.interior_variables(report.x);
+  report.variables = interior.variables();
+  report.objective = goal_.objective(solved.model);
+  return solved;
+}
+
+InteriorSolver::Solved InteriorSolver::solve_octree(const Moments& constant, const Progress& progress) const {
+  OctreeOptions options;
+  const double tolerance = options.solve.tolerance;
+  options.solve = setup_.options;
+  options.solve.tolerance = std::max(tolerance, setup_.options.tolerance);
+  options.start_fill = setup_.start_fill;
+  Solved solved;
+  const OctreeReport octree = rayrep::solve_octree(goal_, domain_, constant, setup_.scale, options, progress);
+  solved.report = octree.solve;
+  solved.report.solver = "octree (Ipopt)";
+  solved.report.iterations = octree.iterations;
+  solved.model = octree.body;
+  const OctreeInterior interior(domain_, octree.leaves, options.laplacian_weight);
+  solved.q = InteriorNlp(goal_, interior, constant, setup_.scale, setup_.start_fill).switching(octree.solve.multipliers);
+  return solved;
+}
+
+}  // namespace rayrep

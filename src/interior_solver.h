@@ -1,0 +1,52 @@
+#pragma once
+
+#include "rayrep/goals.h"
+#include "rayrep/nlp.h"
+#include "rayrep/progress.h"
+#include "rayrep/quadric.h"
+#include "rayrep/ray_integrals.h"
+#include "rayrep/ray_interior.h"
+#include "rayrep/solve.h"
+
+namespace rayrep {
+
+/// One discretisation of an inner domain with its solver, for the passes of the as-built loop.
+class InteriorSolver {
+public:
+  struct Setup {
+    Solver solver = Solver::quadric;
+    /// With Solver::rays: two ends for each interval, else one and material at the bottom.
+    bool segments = false;
+    SegmentBounds bounds = SegmentBounds::complete;
+    Between between = Between::material;
+    double start_fill = 0.5;  ///< of the Ipopt solvers
+    InteriorNlp::Scale scale;
+    SolveOptions options;  ///< of Ipopt
+  };
+  struct Solved {
+    SolveReport report;
+    Moments q = Moments::Zero();      ///< switching function: cavity where q.phi > 0
+    Moments model = Moments::Zero();  ///< moments of the whole body as the solver sees it
+    QuadricSolution quadric;          ///< of Solver::quadric
+  };
+
+  /// Keeps references to `goal`, `domain` and `integrals`, which belong together.
+  InteriorSolver(const Goal& goal, const RayRep& domain, const RayIntegrals& integrals, const Setup& setup)
+      : goal_(goal), domain_(domain), integrals_(integrals), setup_(setup) {}
+
+  /// @param constant  moments of the rest of the body. From the second call on the quadric solver starts from the last solution.
+  Solved solve(const Moments& constant, const Progress& progress);
+
+private:
+  Solved solve_quadric(const Moments& constant);
+  Solved solve_interior(const Interior& interior, const Moments& constant, const Progress& progress) const;
+  Solved solve_octree(const Moments& constant, const Progress& progress) const;
+
+  const Goal& goal_;
+  const RayRep& domain_;
+  const RayIntegrals& integrals_;
+  Setup setup_;
+  QuadricOptions warm_;
+};
+
+}  // namespace rayrep
