@@ -1,9 +1,13 @@
 #include "rayrep/cavity.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <numbers>
 
 #include "predicates.h"
 #include "rayrep/level_set.h"
@@ -103,28 +107,6 @@ Eigen::Vector3d onto_surface(Eigen::Vector3d p, const SurfaceQuery& surface, con
   return (p - start).norm() <= 2 * h ? p : start;
 }
 
-/// Triangles that meet another one beyond a shared vertex or edge.
-std::vector<std::size_t> crossing_triangles(const Mesh& mesh) {
-  const auto pairs = SurfaceQuery(mesh).overlapping_boxes();
-  std::vector<char> crosses(pairs.size());
-  tbb::parallel_for(std::size_t{0}, pairs.size(), [&](std::size_t n) {
-    const auto s = static_cast<std::size_t>(pairs[n].first);
-    const auto t = static_cast<std::size_t>(pairs[n].second);
-    const Eigen::Vector3d p[3] = {mesh.corner(s, 0), mesh.corner(s, 1), mesh.corner(s, 2)};
-    const Eigen::Vector3d q[3] = {mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)};
-    crosses[n] = triangles_intersect(p, mesh.triangles[s], q, mesh.triangles[t]);
-  });
-  std::vector<std::size_t> triangles;
-  for (std::size_t n = 0; n < pairs.size(); ++n)
-    if (crosses[n]) {
-      triangles.push_back(static_cast<std::size_t>(pairs[n].first));
-      triangles.push_back(static_cast<std::size_t>(pairs[n].second));
-    }
-  std::sort(triangles.begin(), triangles.end());
-  triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
-  return triangles;
-}
-
 /// Closes the cavity around a point: all samples within a step of it along each axis. Returns how many were inside.
 std::size_t close_around(BlockField& field, const Eigen::Vector3d& p) {
   const Eigen::Vector3d at = (p - field.origin_mm) / field.spacing_mm;
@@ -140,7 +122,102 @@ std::size_t close_around(BlockField& field, const Eigen::Vector3d& p) {
 
 double signed_volume(const Mesh& shell) { return mesh_moments(shell)[M1]; }
 
+/// Triangles that have one in reach whose normal differs by a right angle or may do so, ascending. All others belong to one sheet
+/// that is flat as far as they reach: two sheets that meet face each other, or there is a third between them that does.
+std::vector<std::size_t> where_it_bends(const Mesh& mesh) {
+  const std::size_t count = mesh.triangles.size();
+  std::vector<Eigen::Vector3d> normals(count);
+  double longest2 = 0;
+  for (std::size_t t = 0; t < count; ++t) {
+    const Eigen::Vector3d ab = mesh.corner(t, 1) - mesh.corner(t, 0);
+    const Eigen::Vector3d ac = mesh.corner(t, 2) - mesh.corner(t, 0);
+    normals[t] = ab.cross(ac).normalized();
+    longest2 = std::max({longest2, ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
+  }
+  // Centres of triangles that meet are no farther apart than 2/3 of the longest edge, twice: they lie in neighbouring cells.
+  const double cell = 1.34 * std::sqrt(longest2);
+  const Eigen::AlignedBox3d box = bounding_box(mesh);
+  if (!(cell > 0)) return {};
+  const Eigen::Vector3i cells = (box.sizes() / cell).array().floor().cast<int>() + 1;
+  const auto key = [&cells](const Eigen::Vector3i& c) {
+    return (static_cast<std::uint64_t>(c.x()) * static_cast<std::uint64_t>(cells.y()) + static_cast<std::uint64_t>(c.y())) *
+               static_cast<std::uint64_t>(cells.z()) +
+           static_cast<std::uint64_t>(c.z());
+  };
+  struct Place {
+    std::uint64_t key;
+    std::uint32_t triangle;
+    Eigen::Vector3i cell;
+    bool operator<(const Place& other) const { return std::pair(key, triangle) < std::pair(other.key, other.triangle); }
+  };
+  std::vector<Place> places(count);
+  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t t) {
+    const Eigen::Vector3d centre = (mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3 - box.min();
+    const Eigen::Vector3i c = (centre / cell).array().floor().cast<int>().max(0).min(cells.array() - 1);
+    places[t] = {key(c), static_cast<std::uint32_t>(t), c};
+  });
+  tbb::parallel_sort(places.begin(), places.end());
+  std::vector<std::size_t> first;  // places where a cell begins
+  for (std::size_t n = 0; n < count; ++n)
+    if (n == 0 || places[n].key != places[n - 1].key) first.push_back(n);
+  first.push_back(count);
+
+  std::vector<char> bends(count);
+  tbb::parallel_for(std::size_t{0}, first.size() - 1, [&](std::size_t n) {
+    const Eigen::Vector3i c = places[first[n]].cell;
+    // The neighbours along z are one run of places.
+    std::array<std::pair<std::size_t, std::size_t>, 9> runs;
+    std::size_t used = 0;
+    for (int a = std::max(0, c.x() - 1); a <= std::min(c.x() + 1, cells.x() - 1); ++a)
+      for (int b = std::max(0, c.y() - 1); b <= std::min(c.y() + 1, cells.y() - 1); ++b) {
+        const Place lo{key({a, b, std::max(0, c.z() - 1)}), 0, {}};
+        const Place hi{key({a, b, std::min(c.z() + 1, cells.z() - 1)}) + 1, 0, {}};
+        const auto begin = std::lower_bound(places.begin(), places.end(), lo);
+        const auto end = std::lower_bound(begin, places.end(), hi);
+        runs[used++] = {static_cast<std::size_t>(begin - places.begin()), static_cast<std::size_t>(end - places.begin())};
+      }
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (std::size_t r = 0; r < used; ++r)
+      for (std::size_t m = runs[r].first; m < runs[r].second; ++m) mean += normals[places[m].triangle];
+    const double least = mean.norm() * std::numbers::sqrt2 / 2;  // all within 45 degrees of the mean: none a right angle apart
+    bool flat = least > 0;
+    for (std::size_t r = 0; r < used && flat; ++r)
+      for (std::size_t m = runs[r].first; m < runs[r].second && flat; ++m) flat = normals[places[m].triangle].dot(mean) > least;
+    if (!flat)
+      for (std::size_t m = first[n]; m < first[n + 1]; ++m) bends[places[m].triangle] = 1;
+  });
+  std::vector<std::size_t> result;
+  for (std::size_t t = 0; t < count; ++t)
+    if (bends[t]) result.push_back(t);
+  return result;
+}
+
 }  // namespace
+
+std::vector<std::size_t> crossing_triangles(const Mesh& mesh) {
+  const std::vector<std::size_t> candidates = where_it_bends(mesh);
+  Mesh bends;
+  bends.vertices = mesh.vertices;
+  for (const std::size_t t : candidates) bends.triangles.push_back(mesh.triangles[t]);
+  const auto pairs = SurfaceQuery(bends).close_pairs();
+  std::vector<char> crosses(pairs.size());
+  tbb::parallel_for(std::size_t{0}, pairs.size(), [&](std::size_t n) {
+    const auto s = static_cast<std::size_t>(pairs[n].first);
+    const auto t = static_cast<std::size_t>(pairs[n].second);
+    const Eigen::Vector3d p[3] = {bends.corner(s, 0), bends.corner(s, 1), bends.corner(s, 2)};
+    const Eigen::Vector3d q[3] = {bends.corner(t, 0), bends.corner(t, 1), bends.corner(t, 2)};
+    crosses[n] = triangles_intersect(p, bends.triangles[s], q, bends.triangles[t]);
+  });
+  std::vector<std::size_t> triangles;
+  for (std::size_t n = 0; n < pairs.size(); ++n)
+    if (crosses[n]) {
+      triangles.push_back(candidates[static_cast<std::size_t>(pairs[n].first)]);
+      triangles.push_back(candidates[static_cast<std::size_t>(pairs[n].second)]);
+    }
+  std::sort(triangles.begin(), triangles.end());
+  triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
+  return triangles;
+}
 
 CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Moments& q, const CavityOptions& options) {
   constexpr int max_rounds = 8;
@@ -175,6 +252,20 @@ CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Mom
   }
   flip(result.mesh);
   return result;
+}
+
+bool follow_quadric(CavityMesh& cavity, const BlockField& field, const SurfaceQuery& surface, const Moments& q,
+                    const CavityOptions& options) {
+  const double h = field.spacing_mm;
+  const Quadric quadric(q);
+  std::vector<Eigen::Vector3d> moved = cavity.mesh.vertices;
+  tbb::parallel_for(std::size_t{0}, moved.size(), [&](std::size_t n) {
+    if (quadric.signed_distance(moved[n]) > -2 * h) moved[n] = onto_surface(moved[n], surface, quadric, options.wall_mm, h);
+  });
+  for (std::size_t n = 0; n < moved.size(); ++n)
+    if ((moved[n] - cavity.mesh.vertices[n]).norm() > 0.5 * h) return false;
+  cavity.mesh.vertices = std::move(moved);
+  return true;
 }
 
 }  // namespace rayrep

@@ -1,11 +1,28 @@
 #include "rayrep/goals.h"
 
+#include <algorithm>
 #include <cassert>
 
 namespace rayrep {
 
 Eigen::Matrix<double, 10, 10> Goal::constraint_hessian(const Moments&, const Eigen::VectorXd&) const {
   return Eigen::Matrix<double, 10, 10>::Zero();
+}
+
+double MappedGoal::objective(const Moments& s) const { return goal_.objective(T_ * s); }
+
+Moments MappedGoal::gradient(const Moments& s) const { return T_.transpose() * goal_.gradient(T_ * s); }
+
+Eigen::Matrix<double, 10, 10> MappedGoal::hessian(const Moments& s) const { return T_.transpose() * goal_.hessian(T_ * s) * T_; }
+
+Eigen::VectorXd MappedGoal::constraint_values(const Moments& s) const { return goal_.constraint_values(T_ * s); }
+
+Eigen::Matrix<double, Eigen::Dynamic, 10> MappedGoal::constraint_jacobian(const Moments& s) const {
+  return goal_.constraint_jacobian(T_ * s) * T_;
+}
+
+Eigen::Matrix<double, 10, 10> MappedGoal::constraint_hessian(const Moments& s, const Eigen::VectorXd& mu) const {
+  return T_.transpose() * goal_.constraint_hessian(T_ * s, mu) * T_;
 }
 
 FloatGoal::FloatGoal(double material_mm3, const Eigen::Vector2d& centre_of_buoyancy_mm, double length_mm)
@@ -170,6 +187,94 @@ Eigen::Matrix<double, Eigen::Dynamic, 10> StandGoal::constraint_jacobian(const M
     J(k, M1) = -target_[k] / (volume_ * length_);
   }
   return J;
+}
+
+namespace {
+
+/// u.M v, with the matrix M of second moments, as a linear function of s.
+Moments second_moment(const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
+  Moments a = Moments::Zero();
+  a.segment<3>(MXX) = u.cwiseProduct(v);
+  a[MXY] = u.x() * v.y() + u.y() * v.x();
+  a[MYZ] = u.y() * v.z() + u.z() * v.y();
+  a[MXZ] = u.x() * v.z() + u.z() * v.x();
+  return a;
+}
+
+/// The trace of M.
+Moments trace() {
+  Moments a = Moments::Zero();
+  a.segment<3>(MXX).setOnes();
+  return a;
+}
+
+/// Volume, static moment or entry of the inertia tensor about the origin along the given axes, unit density.
+Moments inertial_functional(MomentIndex number, const Eigen::Matrix3d& axes) {
+  Moments a = Moments::Zero();
+  if (number == M1)
+    a[M1] = 1;
+  else if (number <= MZ)
+    a.segment<3>(MX) = axes.col(number - MX);
+  else if (number <= MZZ)
+    a = trace() - second_moment(axes.col(number - MXX), axes.col(number - MXX));
+  else
+    a = -second_moment(axes.col(number == MYZ ? 1 : 0), axes.col(number == MXY ? 1 : 2));
+  return a;
+}
+
+}  // namespace
+
+TargetGoal::TargetGoal(const Setup& setup) {
+  const double V = setup.volume_mm3;
+  const double L = setup.length_mm;
+  const double rho = setup.density_g_cm3 * 1e-3;
+  assert(rho > 0 && V > 0 && L > 0 && setup.weight > 0);
+  Moments unit;
+  unit << V, Eigen::Vector3d::Constant(V * L), Eigen::Matrix<double, 6, 1>::Constant(V * L * L);
+
+  std::vector<Moments> given;  // orthonormal, in these units
+  const auto free_part = [&](Moments a) {
+    a = a.cwiseProduct(unit);
+    const double size = a.norm();
+    for (int twice = 0; twice < 2; ++twice)
+      for (const Moments& g : given) a -= g.dot(a) * g;
+    return Moments(a / size);
+  };
+  std::vector<double> offsets;
+  jacobian_.resize(static_cast<Eigen::Index>(
+                       std::count_if(setup.wanted.begin(), setup.wanted.end(), [](const auto& w) { return w.has_value(); })),
+                   10);
+  for (int k = M1; k <= MXZ; ++k) {
+    const std::optional<double>& wanted = setup.wanted[static_cast<std::size_t>(k)];
+    if (!wanted) continue;
+    const Moments a = inertial_functional(static_cast<MomentIndex>(k), setup.axes);
+    given.push_back(free_part(a).normalized());
+    const bool to_itself = k == M1 || (k >= MXX && k <= MZZ);
+    const double scale = to_itself ? rho / *wanted : 1 / unit[k];
+    jacobian_.row(static_cast<Eigen::Index>(offsets.size())) = scale * a.transpose();
+    offsets.push_back(k >= MX && k <= MZ ? 0 : -scale * *wanted / rho);
+  }
+  offset_ = Eigen::Map<const Eigen::VectorXd>(offsets.data(), static_cast<Eigen::Index>(offsets.size()));
+
+  const auto choose = [&](const std::optional<Wish>& wish, const Moments& a) {
+    if (chosen_.size() == 3 || free_part(a).norm() < 1e-6) return;
+    chosen_.push_back({wish, a});
+  };
+  const auto choose_number = [&](const Wish& wish) {
+    choose(wish, (wish.largest ? -1 : 1) / unit[wish.number] * inertial_functional(wish.number, setup.axes));
+  };
+  for (const Wish& wish : setup.order) choose_number(wish);
+  choose_number({M1});
+  Moments height = Moments::Zero();
+  height.segment<3>(MX) = setup.up / unit[MZ];
+  choose(setup.axes.col(2) == setup.up ? std::optional(Wish{MZ}) : std::nullopt, height);
+  choose(std::nullopt, 2 / unit[MXX] * trace());
+  for (int k = M1; k <= MXZ; ++k) choose_number({static_cast<MomentIndex>(k)});
+  double weight = 1;
+  for (const Chosen& chosen : chosen_) {
+    gradient_ += weight * chosen.gradient;
+    weight *= setup.weight;
+  }
 }
 
 }  // namespace rayrep

@@ -12,6 +12,7 @@
 #include "rayrep/quadric.h"
 #include "rayrep/support_polygon.h"
 #include "rayrep/waterline.h"
+#include "spin_search.h"
 #include "text.h"
 
 namespace rayrep {
@@ -32,6 +33,31 @@ Eigen::Affine3d working_frame(const Mesh& mesh, const Eigen::Vector3d& up) {
   T.translation() << -box.center().x(), -box.center().y(), -box.min().z();
   return T;
 }
+
+namespace {
+
+Error refusal(const Explanation& why) { return {ErrorCode::goal, why.text, why.remedies}; }
+
+/// best_waterline on as many rays as tell waterlines apart, and on all of them if that one cannot be met there.
+std::optional<double> searched_waterline(const FloatProblem& problem, const Body& body, const Progress& progress) {
+  constexpr std::size_t enough = 15000;
+  int step = 1;
+  while (problem.inner.intervals.size() > 2 * enough * static_cast<std::size_t>(step * step)) ++step;
+  if (step > 1) {
+    const RayRep inner = problem.inner.thinned(step);
+    const RayIntegrals integrals(inner);
+    const FloatProblem coarse{problem.hull,        inner,
+                              integrals,           body.solid - integrals.full(),
+                              problem.fluid_g_cm3, problem.density_g_cm3,
+                              problem.wall_mm,     problem.height_mm,
+                              problem.diagonal_mm};
+    const std::optional<double> best = best_waterline(coarse, progress);
+    if (best && at_waterline(problem, *best).attainable) return best;
+  }
+  return best_waterline(problem, progress);
+}
+
+}  // namespace
 
 FloatResult hollow_float(const Mesh& solid, const FloatOptions& options, const Progress& progress) {
   const HollowOptions& common = options.hollow;
@@ -56,13 +82,13 @@ FloatResult hollow_float(const Mesh& solid, const FloatOptions& options, const P
             "The waterline must lie between the lowest and the highest point, 0 and " + number(body.height_mm, 2) + " mm; it is " +
                 number(result.waterline_mm, 2) + " mm.");
   } else {
-    const std::optional<double> best = best_waterline(problem, progress);
-    if (!best) throw Error(ErrorCode::goal, explain_no_waterline(problem, body.surface, progress));
+    const std::optional<double> best = searched_waterline(problem, body, progress);
+    if (!best) throw refusal(explain_no_waterline(problem, body.surface, progress));
     result.waterline_mm = *best;
     result.waterline_searched = true;
   }
   const WaterlineState target = at_waterline(problem, result.waterline_mm);
-  if (!target.attainable) throw Error(ErrorCode::goal, explain_unattainable(problem, target, body.surface, progress));
+  if (!target.attainable) throw refusal(explain_unattainable(problem, target, body.surface, progress));
   if (target.metacentric_height_mm <= 0)
     throw Error(ErrorCode::goal,
                 "It cannot float upright at a waterline of " + number(result.waterline_mm, 2) +
@@ -102,7 +128,8 @@ Eigen::Vector3d contact_point(const Mesh& mesh, const SpinAxis& axis, const Eige
         if (v.z() <= 1e-6 * diagonal) lowest.extend(v);
       return standing.inverse() * Eigen::Vector3d(lowest.center().x(), lowest.center().y(), 0);
     }
-    case SpinAxis::Through::centre_of_mass: {
+    case SpinAxis::Through::centre_of_mass:
+    case SpinAxis::Through::best: {  // where its search starts
       const Moments s = mesh_moments(boundary_of_union(upright, progress));
       through = s.segment<3>(MX) / s[M1];
       break;
@@ -115,23 +142,115 @@ Eigen::Vector3d contact_point(const Mesh& mesh, const SpinAxis& axis, const Eige
   // The centre of mass may lie in a hole: a tip is then thought down to the level of the lowest point.
   std::vector<LineHit> hits;
   SurfaceQuery(upright).line_hits_brute_force(through.head<2>(), hits);
-  require(!hits.empty() || axis.through == SpinAxis::Through::centre_of_mass,
+  require(!hits.empty() || axis.through != SpinAxis::Through::point,
           "The spin axis does not meet the mesh: choose a point of it (--point) below or inside the body.");
   return standing.inverse() * Eigen::Vector3d(through.x(), through.y(), hits.empty() ? 0 : hits.front().z_mm);
 }
 
+namespace {
+
+/// The largest wall, down to the thinnest that can be printed, with which the body spins about the axis as wanted; none if there is
+/// no such wall. At a resolution that is enough for advice.
+std::optional<double> wall_for_balance(const Body& body, const SpinGoal& goal, const SpinOptions& options,
+                                       const Progress& progress) {
+  constexpr double thinnest_mm = 0.4;
+  const Progress quiet{.stage = {}, .cancelled = progress.cancelled};
+  const auto balances = [&](double wall) {
+    InnerDomainOptions inner_options;
+    inner_options.wall_mm = wall;
+    inner_options.ray_spacing_mm = inner_options.field_spacing_mm = body.size_mm / 80;
+    const RayIntegrals inner(inner_domain(body.surface, inner_options, quiet).rays);
+    if (inner.intervals() == 0) return false;
+    const QuadricSolution solution = solve_quadric(goal, inner, body.solid - inner.full());
+    return solution.converged && detail::spins_as_wanted(solution.moments, options.largest);
+  };
+  Interval wall{thinnest_mm, options.hollow.wall_mm};
+  if (wall.length() <= 0 || !balances(wall.lo)) return std::nullopt;
+  while (wall.length() > 0.02) (balances(wall.middle()) ? wall.lo : wall.hi) = wall.middle();
+  return wall.lo;
+}
+
+std::string vector_text(const Eigen::Vector3d& v, int digits) {
+  return number(v.x(), digits) + "," + number(v.y(), digits) + "," + number(v.z(), digits);
+}
+
+/// Why the body cannot be balanced about this axis, how near it comes, and what would make it possible.
+Error unbalanced(const Body& body, const SpinOptions& options, const SpinGoal& goal, const Progress& progress) {
+  progress.begin("advice");
+  const NearestSolution nearest = nearest_attainable(goal, *body.integrals, body.shell, 1e-6);
+  const Moments& s = nearest.moments;
+  const double offset = (options.yoyo ? s.segment<3>(MX).norm() : s.segment<2>(MX).norm()) / s[M1];
+  const double products = Eigen::Vector2d(s[MXZ], s[MYZ]).norm() / s[M1];
+  std::string text = "It cannot be balanced about this axis: no interior on these rays brings the centre of mass onto " +
+                     std::string(options.yoyo ? "the centre" : "the axis") +
+                     " and makes the products of inertia vanish (proven). The centre of mass alone comes to within " +
+                     number(smallest_offset_mm(body.inner.rays, body.shell, std::nullopt, {0, 0}), 3) +
+                     " mm of the axis; where the static moment and the products together are smallest, it lies " +
+                     number(offset, 3) + " mm beside it, the mass is " + number(s[M1] * options.hollow.density_g_cm3 / 1000, 2) +
+                     " g and the products are " + number(products, 3) + " mm2 per unit of mass.";
+  const detail::SpinSearch search(body, options);
+  const Eigen::Affine3d back = body.to_working.inverse();
+  std::vector<std::string> remedies;
+  std::string ways;
+  const auto add = [&](const std::string& way, const std::string& remedy) {
+    ways += (ways.empty() ? "" : "; ") + way + " (" + remedy + ")";
+    remedies.push_back(remedy);
+  };
+  if (const auto point = search.nearest_point({}, progress))
+    add("move the axis by " + number(point->second, 2) + " mm",
+        (options.yoyo ? "--center " : "--point ") + vector_text(back * point->first.contact_mm, 3));
+  if (const auto tilt = search.smallest_tilt({}, progress))
+    add("tilt it by " + number(tilt->second * 180 / std::numbers::pi, 1) + " degrees",
+        "--up " + vector_text(back.linear() * tilt->first.up, 5));
+  if (const auto wall = wall_for_balance(body, goal, options, progress))
+    add("make the wall thinner", "--wall " + number(std::floor(*wall * 100) / 100, 2));
+  text += ways.empty() ? " No parallel axis (--point), no tilt up to 30 degrees (--up) and no wall down to 0.4 mm (--wall) would "
+                         "help: try another "
+                         "shape, or a larger body (--size)."
+                       : " What would make it possible: " + ways + ".";
+  return {ErrorCode::goal, text, remedies};
+}
+
+/// Axis and contact point in the frame of the mesh that was given, searched at a coarse resolution where that is asked for.
+detail::SpinFrame spin_frame(const Mesh& outer, const SpinOptions& options, const Progress& progress) {
+  detail::SpinFrame frame{options.hollow.up.normalized(), options.yoyo
+                                                              ? options.centre_mm.value_or(bounding_box(outer).center())
+                                                              : contact_point(outer, options.axis, options.hollow.up, progress)};
+  const bool points = options.axis.through == SpinAxis::Through::best && !options.yoyo;
+  if (!points && options.max_tilt_rad == 0) return frame;
+  HollowOptions coarse = options.hollow;
+  coarse.resolution = std::min(coarse.resolution, 80);
+  Eigen::Affine3d working = working_frame(outer, options.hollow.up);
+  working.translation() = -(working.linear() * frame.contact_mm);
+  const Body body(outer, working, coarse, progress);
+  progress.begin("axis");
+  const detail::SpinFrame best = detail::SpinSearch(body, options).best({}, points, options.max_tilt_rad, progress);
+  frame.up = working.linear().transpose() * best.up;
+  frame.contact_mm = working.inverse() * best.contact_mm;
+  return frame;
+}
+
+}  // namespace
+
 SpinResult hollow_spin(const Mesh& solid, const SpinOptions& options, const Progress& progress) {
-  const HollowOptions& common = options.hollow;
+  HollowOptions common = options.hollow;
   check_options(common);
   require(options.weights.lambda >= 0 && options.weights.gamma_c >= 0 && options.weights.gamma_i >= 0 &&
               std::isfinite(options.weights.lambda + options.weights.gamma_c + options.weights.gamma_i),
           "The weights of the objective must not be negative.");
+  require(!options.certify || (options.largest && options.weights.gamma_c == 0),
+          "The global optimum can be proven for the largest axis and the objective of the ray-reps paper, and for yo-yos.");
+  require(options.max_tilt_rad >= 0 && options.max_tilt_rad <= std::numbers::pi / 2,
+          "The axis can be searched within 0 to 90 degrees of the up direction.");
 
   progress.begin("domain");
   Mesh outer = common.as_stored ? common.as_stored(solid) : solid;
+  const detail::SpinFrame axis = spin_frame(outer, options, progress);
   SpinResult result;
-  result.contact_mm = options.yoyo ? options.centre_mm.value_or(bounding_box(outer).center())
-                                   : contact_point(outer, options.axis, common.up, progress);
+  result.up = axis.up;
+  result.contact_mm = axis.contact_mm;
+  common.up = axis.up;
+  progress.begin("domain");
   Eigen::Affine3d frame = working_frame(outer, common.up);
   frame.translation() = -(frame.linear() * result.contact_mm);
   Body body(std::move(outer), frame, common, progress);
@@ -140,24 +259,23 @@ SpinResult hollow_spin(const Mesh& solid, const SpinOptions& options, const Prog
   const SpinGoal goal(options.weights, options.largest, options.yoyo, scale.volume_mm3, scale.length_mm);
   progress.begin("solve");
   const QuadricSolution exact = solve_quadric(goal, *body.integrals, body.shell);
-  if (exact.infeasible) {
-    const NearestSolution nearest = nearest_attainable(goal, *body.integrals, body.shell, 1e-6);
-    const Moments& s = nearest.moments;
-    const double offset = (options.yoyo ? s.segment<3>(MX).norm() : s.segment<2>(MX).norm()) / s[M1];
-    const double products = Eigen::Vector2d(s[MXZ], s[MYZ]).norm() / s[M1];
-    throw Error(ErrorCode::goal,
-                "It cannot be balanced about this axis: no interior on these rays brings the centre of mass onto " +
-                    std::string(options.yoyo ? "the centre" : "the axis") +
-                    " and makes the products of inertia vanish. The centre of mass alone comes to within " +
-                    number(smallest_offset_mm(body.inner.rays, body.shell, std::nullopt, {0, 0}), 3) +
-                    " mm of the axis; where the static moment and the products together are smallest, it lies " +
-                    number(offset, 3) + " mm beside it and the products are " + number(products, 3) +
-                    " mm2 per unit of mass. Try another axis (--up, " + (options.yoyo ? "--center" : "--point") +
-                    "), a thinner wall (--wall), a larger body (--size) or a finer --resolution.");
+  if (exact.infeasible) throw unbalanced(body, options, goal, progress);
+  QuadricOptions warm;
+  if (options.certify) {
+    const Eigen::AlignedBox3d box = bounding_box(body.working);
+    result.certificate = certify_spin({.lambda = options.weights.lambda,
+                                       .gamma_i = options.weights.gamma_i,
+                                       .yoyo = options.yoyo,
+                                       .volume_mm3 = scale.volume_mm3,
+                                       .length_mm = scale.length_mm},
+                                      *body.integrals, body.shell, {box.min().z(), box.max().z()}, {}, progress);
+    warm.moments = result.certificate->best.moments;
+    warm.multipliers = result.certificate->best.multipliers;
   }
   // Void rays may lie anywhere on their interval: the optimum is flat, and only the central path leads to one point of it.
   InteriorSolver::Setup setup;
   setup.solver = common.solver;
+  setup.warm = warm;
   setup.segments = true;
   setup.bounds = options.bounds;
   setup.between = options.largest ? Between::material : Between::cavity;
@@ -257,7 +375,8 @@ StandResult hollow_stand(const Mesh& solid, const StandOptions& options, const P
                 "The centre of mass cannot be brought above the target: at the nearest any interior comes it is " +
                     number(smallest_offset_mm(body.inner.rays, body.shell, std::nullopt, target), 3) +
                     " mm beside it (horizontally). Choose another target (--target), a thinner wall (--wall), or let the "
-                    "target be searched (--objective tip-angle).");
+                    "target be searched (--objective tip-angle).",
+                {"--objective tip-angle"});
   InteriorSolver::Setup setup;
   setup.solver = common.solver;
   setup.scale = scale;

@@ -20,26 +20,52 @@ double field_spacing(double ray_spacing_mm, double wall_mm, double size_mm) {
   return std::min(std::max(ray_spacing_mm, printer_mm), std::max(0.25 * wall_mm, std::min(0.5 * wall_mm, size_mm / 500)));
 }
 
-/// Meshes the cavity of q and appends it to the outer surface, as it will be stored.
-struct Built {
-  Mesh delivered;
-  CavityMesh cavity;  ///< working frame
-  Moments body;       ///< exact moments of the delivered body, unit density, working frame
-};
+/// The cavity of the latest q, and the body with it as it will be stored.
+class Built {
+public:
+  Built(Body& body, const HollowOptions& options) : body_(body), options_(options) {
+    cavity_options_.wall_mm = options.wall_mm;
+    cavity_options_.min_cavity_mm3 = options.min_cavity_mm3;
+  }
 
-Built build(Body& body, const Moments& q, const HollowOptions& options) {
-  CavityOptions cavity_options;
-  cavity_options.wall_mm = options.wall_mm;
-  cavity_options.min_cavity_mm3 = options.min_cavity_mm3;
-  Built built;
-  built.cavity = mesh_cavity(body.inner.field, body.surface, q, cavity_options);
-  Mesh shells = transformed(built.cavity.mesh, body.to_working.inverse());
-  if (options.as_stored) shells = options.as_stored(shells);
-  built.body = body.solid + mesh_moments(transformed(shells, body.to_working));  // shells face inward: negative
-  built.delivered = body.outer;
-  append(built.delivered, shells);
-  return built;
-}
+  /// Meshes the cavity of q. Once there is one it only follows q, where it can.
+  void build(const Moments& q) {
+    const bool first = cavity_.mesh.vertices.empty();
+    if (first || !follow_quadric(cavity_, body_.inner.field, body_.surface, q, cavity_options_)) {
+      cavity_ = mesh_cavity(body_.inner.field, body_.surface, q, cavity_options_);
+      crossings_ = crossing_triangles(cavity_.mesh).size();
+      followed_ = false;
+    } else {
+      followed_ = true;
+    }
+    shells_ = transformed(cavity_.mesh, body_.to_working.inverse());
+    if (options_.as_stored) shells_ = options_.as_stored(shells_);
+    moments_ = body_.solid + mesh_moments(transformed(shells_, body_.to_working));  // shells face inward: negative
+  }
+
+  bool followed() const { return followed_; }
+  /// True when following has made the cavity cross itself: it must be meshed anew.
+  bool has_folded() const { return followed_ && crossing_triangles(cavity_.mesh).size() > crossings_; }
+  void discard() { cavity_ = {}; }
+
+  const Moments& moments() const { return moments_; }  ///< exact, of the whole body, unit density, working frame
+  const CavityMesh& cavity() const { return cavity_; }
+  Mesh delivered() const {
+    Mesh mesh = body_.outer;
+    append(mesh, shells_);
+    return mesh;
+  }
+
+private:
+  Body& body_;
+  const HollowOptions& options_;
+  CavityOptions cavity_options_;
+  CavityMesh cavity_;  ///< working frame
+  Mesh shells_;        ///< as stored, in the frame given
+  Moments moments_ = Moments::Zero();
+  std::size_t crossings_ = 0;  ///< triangles that crossed others when it was meshed
+  bool followed_ = false;
+};
 
 [[noreturn]] void throw_unsolved(const SolveReport& report) {
   throw Error(ErrorCode::solver, "The solver stopped before it converged: " + report.solver + " says " + report.solver_status +
@@ -109,6 +135,8 @@ Moments solve_as_built(Body& body, InteriorSolver solver, const HollowOptions& o
   Moments correction = Moments::Zero();
   Moments best_correction = correction;
   hollow.as_built_error = std::numeric_limits<double>::infinity();
+  double last_error = std::numeric_limits<double>::infinity();
+  Built built(body, options);
   for (int pass = 1; pass <= options.max_passes; ++pass) {
     progress.begin("solve");
     InteriorSolver::Solved solved = solver.solve(body.shell + correction, progress);
@@ -121,20 +149,29 @@ Moments solve_as_built(Body& body, InteriorSolver solver, const HollowOptions& o
     }
 
     progress.begin("mesh");
-    Built built = build(body, solved.q, options);
-    if (const double e = error(built.body); e < hollow.as_built_error) {
+    built.build(solved.q);
+    double e = error(built.moments());
+    // A mesh that follows cannot tear, close or show what the quadric does away from it: if the error stays, it is made anew.
+    const bool useless = built.followed() && e > 0.3 * last_error;
+    if (useless || (e <= options.as_built_tolerance && built.has_folded())) {
+      built.discard();
+      built.build(solved.q);
+      e = error(built.moments());
+    }
+    if (e < hollow.as_built_error) {
       hollow.as_built_error = e;
       best_correction = correction;
       hollow.solve = std::move(solved.report);
       hollow.q = solved.q;
-      hollow.delivered = std::move(built.delivered);
-      hollow.cavities = built.cavity.cavities;
-      hollow.filled_cavities = built.cavity.filled;
-      hollow.filled_mm3 = built.cavity.filled_mm3;
-      hollow.removed_islands = built.cavity.removed_islands;
+      hollow.delivered = built.delivered();
+      hollow.cavities = built.cavity().cavities;
+      hollow.filled_cavities = built.cavity().filled;
+      hollow.filled_mm3 = built.cavity().filled_mm3;
+      hollow.removed_islands = built.cavity().removed_islands;
     }
     if (hollow.as_built_error <= options.as_built_tolerance) break;
-    correction += built.body - solved.model;
+    last_error = e;
+    correction += built.moments() - solved.model;
   }
   hollow.cast = body.inner.cast;
   hollow.dropped_components = body.inner.dropped_components;

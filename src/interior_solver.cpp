@@ -6,6 +6,28 @@
 #include "rayrep/voxel_interior.h"
 
 namespace rayrep {
+namespace {
+
+/// q.s under the constraints of another goal.
+class Linear final : public Goal {
+public:
+  Linear(const Goal& goal, const Moments& q) : goal_(goal), q_(q) {}
+  int constraints() const override { return goal_.constraints(); }
+  bool affine() const override { return true; }
+  double objective(const Moments& s) const override { return q_.dot(s); }
+  Moments gradient(const Moments&) const override { return q_; }
+  Eigen::Matrix<double, 10, 10> hessian(const Moments&) const override { return Eigen::Matrix<double, 10, 10>::Zero(); }
+  Eigen::VectorXd constraint_values(const Moments& s) const override { return goal_.constraint_values(s); }
+  Eigen::Matrix<double, Eigen::Dynamic, 10> constraint_jacobian(const Moments& s) const override {
+    return goal_.constraint_jacobian(s);
+  }
+
+private:
+  const Goal& goal_;
+  Moments q_;
+};
+
+}  // namespace
 
 InteriorSolver::Solved InteriorSolver::solve(const Moments& constant, const Progress& progress) {
   switch (setup_.solver) {
@@ -15,9 +37,13 @@ InteriorSolver::Solved InteriorSolver::solve(const Moments& constant, const Prog
       if (setup_.segments) return solve_interior(SegmentRays(domain_, setup_.bounds, setup_.between), constant, progress);
       return solve_interior(BottomFilledRays(domain_), constant, progress);
     case Solver::voxels:
-      return solve_interior(VoxelInterior(domain_, 1), constant, progress);
     case Solver::octree:
-      return solve_octree(constant, progress);
+      if (!cells_) {
+        cells_ = setup_.solver == Solver::voxels ? solve_interior(VoxelInterior(domain_, 1), constant, progress)
+                                                 : solve_octree(constant, progress);
+        if (cells_->report.status != SolveStatus::converged) return *cells_;
+      }
+      return adjusted(*cells_, constant);
   }
   return {};
 }
@@ -80,6 +106,20 @@ InteriorSolver::Solved InteriorSolver::solve_octree(const Moments& constant, con
   solved.model = octree.body;
   const OctreeInterior interior(domain_, octree.leaves, options.laplacian_weight);
   solved.q = InteriorNlp(goal_, interior, constant, setup_.scale, setup_.start_fill).switching(octree.solve.multipliers);
+  return solved;
+}
+
+InteriorSolver::Solved InteriorSolver::adjusted(const Solved& cells, const Moments& constant) const {
+  const QuadricSolution exact = rayrep::solve_quadric(Linear(goal_, cells.q), integrals_, constant);
+  Solved solved = cells;
+  if (!exact.converged) {
+    solved.report.status = SolveStatus::failed;
+    solved.report.solver_status = "no quadric like that of the cells meets the constraints on the rays";
+    return solved;
+  }
+  solved.q = exact.q;
+  solved.model = exact.moments;
+  solved.report.objective = goal_.objective(exact.moments);
   return solved;
 }
 

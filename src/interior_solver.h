@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "rayrep/goals.h"
 #include "rayrep/nlp.h"
 #include "rayrep/progress.h"
@@ -22,6 +24,7 @@ public:
     double start_fill = 0.5;  ///< of the Ipopt solvers
     InteriorNlp::Scale scale;
     SolveOptions options;  ///< of Ipopt
+    QuadricOptions warm;   ///< where the quadric solver starts
   };
   struct Solved {
     SolveReport report;
@@ -32,21 +35,25 @@ public:
 
   /// Keeps references to `goal`, `domain` and `integrals`, which belong together.
   InteriorSolver(const Goal& goal, const RayRep& domain, const RayIntegrals& integrals, const Setup& setup)
-      : goal_(goal), domain_(domain), integrals_(integrals), setup_(setup) {}
+      : goal_(goal), domain_(domain), integrals_(integrals), setup_(setup), warm_(setup.warm) {}
 
-  /// @param constant  moments of the rest of the body. From the second call on the quadric solver starts from the last solution.
+  /// @param constant  moments of the rest of the body. From the second call on the quadric solver starts from the last solution,
+  /// and voxels and octree keep their switching function but for multiples of the constraints, which brings it to the new constant:
+  /// their own solution, at a vertex, would jump from cell to cell.
   Solved solve(const Moments& constant, const Progress& progress);
 
 private:
   Solved solve_quadric(const Moments& constant);
   Solved solve_interior(const Interior& interior, const Moments& constant, const Progress& progress) const;
   Solved solve_octree(const Moments& constant, const Progress& progress) const;
+  Solved adjusted(const Solved& cells, const Moments& constant) const;
 
   const Goal& goal_;
   const RayRep& domain_;
   const RayIntegrals& integrals_;
   Setup setup_;
   QuadricOptions warm_;
+  std::optional<Solved> cells_;  ///< the first solution on voxels or the octree
 };
 
 }  // namespace rayrep

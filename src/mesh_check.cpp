@@ -498,7 +498,7 @@ struct PairCount {
 };
 
 void count_self_intersections(const Mesh& mesh, const std::vector<bool>& is_flat, MeshReport& report, const Progress& progress) {
-  const std::vector<std::pair<int, int>> pairs = SurfaceQuery(mesh).overlapping_boxes();
+  const std::vector<std::pair<int, int>> pairs = SurfaceQuery(mesh).close_pairs();
   const auto intersect = [&](const std::pair<int, int>& pair) {
     const auto [s, t] = pair;
     if (is_flat[s] || is_flat[t]) return false;

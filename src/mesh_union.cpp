@@ -260,7 +260,7 @@ private:
 
   void find_cutters() {
     // Boxes in general position: sheets that lie on each other up to rounding are never missed.
-    const std::vector<std::pair<int, int>> pairs = surface_.overlapping_boxes();
+    const std::vector<std::pair<int, int>> pairs = surface_.close_pairs();
     std::vector<char> relevant(pairs.size());
     in_batches(pairs.size(), 1 << 18, 512, [&](std::size_t i) { relevant[i] = cut_each_other(pairs[i].first, pairs[i].second); });
     cutters_.resize(mesh_.triangles.size());

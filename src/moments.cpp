@@ -64,6 +64,16 @@ Moments translated(const Moments& s, const Eigen::Vector3d& t) {
   return from_parts(s[M1], first + s[M1] * t, second_moments(s) + cross + cross.transpose() + s[M1] * t * t.transpose());
 }
 
+Eigen::Matrix<double, 10, 10> moment_map(const Eigen::Affine3d& motion) {
+  const Eigen::Matrix3d R = motion.linear();
+  Eigen::Matrix<double, 10, 10> map;
+  for (int k = 0; k < 10; ++k) {
+    const Moments s = Moments::Unit(k);
+    map.col(k) = translated(from_parts(s[M1], R * s.segment<3>(MX), R * second_moments(s) * R.transpose()), motion.translation());
+  }
+  return map;
+}
+
 MassProperties mass_properties(const Moments& s, double density_g_cm3) {
   if (!s.allFinite() || !(s[M1] > 0)) {
     std::ostringstream text;

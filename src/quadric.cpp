@@ -9,6 +9,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <vector>
 
 namespace rayrep {
 namespace {
@@ -39,11 +40,12 @@ public:
     const RayIntegrals::Pass pass = rays_.pass(q.cwiseQuotient(unit_), blur);
     return {scaled(constant_ + pass.moments), unit_.cwiseInverse().asDiagonal() * pass.spread * unit_.cwiseInverse().asDiagonal()};
   }
-  /// min over all interiors of q.s
-  double lowest(const Moments& q) {
+  /// Where q.s is least of all interiors.
+  Moments minimiser(const Moments& q) {
     ++evaluations_;
-    return q.dot(scaled(constant_ + rays_.moments(q.cwiseQuotient(unit_))));
+    return scaled(constant_ + rays_.moments(q.cwiseQuotient(unit_)));
   }
+  double lowest(const Moments& q) { return q.dot(minimiser(q)); }
 
   Moments scaled(const Moments& s) const { return s.cwiseQuotient(unit_); }
   Moments in_mm(const Moments& s) const { return s.cwiseProduct(unit_); }
@@ -76,12 +78,11 @@ double blur(const Moments& q, const Moments* before) {
   return before ? 1e-3 * std::min(1.0, (q - *before).norm() / q.norm()) : 1e-7;
 }
 
-/// max over u of  min over interiors s of [ (q_0 + K^T u).s ] - e.u - u.diag(w).u / 2:  the dual of
-/// min over s of  q_0.s  subject to  K s = e + diag(w) u.
+/// max over u of  min over interiors s of [ (q_0 + K^T u).s ] - e.u:  the dual of  min over s of  q_0.s  subject to  K s = e.
 struct Dual {
   Moments q_0;
   Eigen::MatrixXd K;
-  Eigen::VectorXd e, w;
+  Eigen::VectorXd e;
 };
 
 struct DualPoint {
@@ -97,9 +98,8 @@ DualPoint dual_at(Problem& problem, const Dual& dual, const Eigen::VectorXd& u, 
   p.u = u;
   p.q = dual.q_0 + dual.K.transpose() * u;
   p.at = problem.evaluate(p.q, blur(p.q, before));
-  const Eigen::VectorXd wu = dual.w.cwiseProduct(u);
-  p.gradient = dual.K * p.at.s - dual.e - wu;
-  p.value = p.q.dot(p.at.s) - dual.e.dot(u) - 0.5 * u.dot(wu);
+  p.gradient = dual.K * p.at.s - dual.e;
+  p.value = p.q.dot(p.at.s) - dual.e.dot(u);
   return p;
 }
 
@@ -110,7 +110,6 @@ DualPoint maximise(Problem& problem, const Dual& dual, DualPoint from, int max_e
   double damping = 0;
   while (!done(from) && problem.evaluations() < max_evaluations) {
     Eigen::MatrixXd H = dual.K * from.at.spread * dual.K.transpose();
-    H.diagonal() += dual.w;
     const double size = H.diagonal().maxCoeff();
     Eigen::VectorXd step;
     if (size > 0) {
@@ -171,7 +170,7 @@ struct LinearMinimum {
 
 LinearMinimum minimise_linear(Problem& problem, const Moments& q_0, const Eigen::VectorXd& mu, double tolerance,
                               int max_evaluations) {
-  const Dual dual{q_0, problem.J(), -problem.c_0(), Eigen::VectorXd::Zero(problem.J().rows())};
+  const Dual dual{q_0, problem.J(), -problem.c_0()};
   // No interior has a larger objective: a dual value above it proves that none meets the constraints.
   const double highest = -problem.lowest(-q_0);
   const auto proven = [&](const DualPoint& p) { return p.value > highest + 1e-9 * q_0.norm(); };
@@ -392,26 +391,63 @@ double separation_margin(const Goal& goal, const Eigen::VectorXd& y, const RayIn
 }
 
 NearestSolution nearest_attainable(const Goal& goal, const RayIntegrals& rays, const Moments& constant, double tolerance) {
-  constexpr int max_evaluations = 200;
+  constexpr int max_evaluations = 1000;
   Problem problem(goal, rays, constant);
   NearestSolution solution;
-  const Dual dual{Moments::Zero(), problem.J(), -problem.c_0(), Eigen::VectorXd::Ones(problem.J().rows())};
-  const Eigen::VectorXd start = problem.constraints(problem.centre());
-  if (start.norm() < tolerance) {
-    solution.converged = solution.attainable = true;
-    solution.moments = problem.in_mm(problem.centre());
-    solution.distance = start.norm();
-    return solution;
+  // Wolfe's method for the point of least norm in a convex set: x is the nearest point to 0 of the hull of a few interiors' c(s),
+  // and the interior that minimises x.c(s) joins them.
+  struct Corner {
+    Moments s;
+    Eigen::VectorXd c;
+    double weight;
+  };
+  const Moments middle = problem.centre();
+  std::vector<Corner> corners = {{middle, problem.constraints(middle), 1}};
+  Eigen::VectorXd x = corners[0].c;
+  while (!solution.converged && problem.evaluations() < max_evaluations) {
+    const double norm = x.norm();
+    if (norm < tolerance) break;
+    const Moments s = problem.minimiser(problem.J().transpose() * x);
+    const Eigen::VectorXd c = problem.constraints(s);
+    // |c(s)| >= x.c(s) / |x| for every s.
+    solution.lower_bound = std::max(solution.lower_bound, x.dot(c) / norm);
+    solution.converged = norm - solution.lower_bound <= 1e-9 * norm;
+    if (solution.converged) break;
+    corners.push_back({s, c, 0});
+    for (;;) {
+      // The nearest point of the corners' affine hull; if outside of their hull, go as far as that and drop a corner.
+      const auto n = static_cast<Eigen::Index>(corners.size()) - 1;
+      Eigen::MatrixXd edges(x.size(), n);
+      for (Eigen::Index k = 0; k < n; ++k) edges.col(k) = corners[static_cast<std::size_t>(k + 1)].c - corners[0].c;
+      Eigen::VectorXd rest(n);
+      if (n > 0) rest = -edges.completeOrthogonalDecomposition().solve(corners[0].c);
+      Eigen::VectorXd weights(n + 1);
+      weights << 1 - rest.sum(), rest;
+      double step = 1;
+      for (Eigen::Index k = 0; k <= n; ++k)
+        if (weights[k] <= 0) {
+          const double w = corners[static_cast<std::size_t>(k)].weight;
+          step = std::min(step, w / std::max(w - weights[k], 1e-300));
+        }
+      for (Eigen::Index k = 0; k <= n; ++k) {
+        double& w = corners[static_cast<std::size_t>(k)].weight;
+        w += step * (weights[k] - w);
+      }
+      if (step == 1) break;
+      const auto least =
+          std::min_element(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) { return a.weight < b.weight; });
+      corners.erase(least);
+    }
+    x.setZero();
+    for (const Corner& corner : corners) x += corner.weight * corner.c;
   }
-  const auto done = [&](const DualPoint& p) { return p.u.norm() < 0.1 * tolerance || p.gradient.norm() < 1e-9 * p.u.norm(); };
-  const DualPoint top = maximise(problem, dual, dual_at(problem, dual, start), max_evaluations, done);
-  solution.converged = done(top);
+  Moments nearest = Moments::Zero();
+  for (const Corner& corner : corners) nearest += corner.weight * corner.s;
   solution.evaluations = problem.evaluations();
-  solution.moments = problem.in_mm(top.at.s);
-  solution.distance = problem.constraints(top.at.s).norm();
-  // |c(s)|^2 / 2 >= g(y) for every s and y.
-  solution.lower_bound = std::sqrt(2 * std::max(0.0, top.value));
-  solution.attainable = solution.lower_bound < tolerance;
+  solution.moments = problem.in_mm(nearest);
+  solution.distance = problem.constraints(nearest).norm();
+  solution.attainable = solution.distance < tolerance;
+  solution.converged |= solution.attainable;
   return solution;
 }
 

@@ -62,7 +62,10 @@ inline __attribute__((always_inline)) void sum_block(const double* __restrict x,
       // d(length)/d(discriminant) is 1 / (2 a root), or its mean over the blur.
       const double above = discriminant + p.blur;
       const double below = discriminant - p.blur;
-      const double w = above > 0 ? (std::sqrt(above > 0 ? above : 0.0) - std::sqrt(below > 0 ? below : 0.0)) / p.blur : 0.0;
+      const double root_above = std::sqrt(above > 0 ? above : 0.0);
+      const double root_below = std::sqrt(below > 0 ? below : 0.0);
+      // (root_above - root_below) / blur, without the cancellation.
+      const double w = above > 0 ? (below > 0 ? 2.0 : above / p.blur) / (root_above + root_below) : 0.0;
       const double e0 = real ? z0 : -0.5 * b / p.a;
       const double e1 = real ? z1 : e0;
       double w0 = e0 > lo[l] && e0 < hi[l] ? w : 0.0;
@@ -181,7 +184,7 @@ RayIntegrals::Pass RayIntegrals::sum(const Moments& q, double blur) const {
                           scaled[M1] + y * (scaled[MY] + y * scaled[MYY]),
                           scaled[MX] + y * scaled[MXY],
                           scaled[MXX],
-                          std::max(blur, 1e-14)};
+                          a > 1e-60 ? std::max(blur, 1e-14) : 0.0};
       double s[kRowSums + kEndSums];
       const std::uint32_t count = row.last - row.first;
       if constexpr (kWithSpread)

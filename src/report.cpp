@@ -154,6 +154,7 @@ void close(Json& json, const RunReport& report, const Verdict& verdict, const Ho
                       {"objective", number(hollow->solve.objective)},
                       {"constraint_violation", number(hollow->solve.constraint_violation)},
                       {"passes", hollow->passes},
+                      {"as_built_error", number(hollow->as_built_error)},
                       {"seconds", seconds_of(report, "solve")}};
     json["model"] = {
         {"ray_spacing_mm", hollow->ray_spacing_mm},
@@ -215,6 +216,22 @@ Json stand_json(const StandState& state) {
   return json;
 }
 
+/// By name.
+Json inertial_json(const InertialTargets& wanted) {
+  Json json = Json::object();
+  for (int k = M1; k <= MXZ; ++k)
+    if (const auto& value = wanted[static_cast<std::size_t>(k)]) json[inertial_name(static_cast<MomentIndex>(k))] = number(*value);
+  return json;
+}
+
+Json target_json(const TargetState& state) {
+  Json json = mass_json(state.body);
+  Json deviations = Json::object();
+  for (const InertialDeviation& d : state.deviations) deviations[inertial_name(d.number)] = number(d.relative);
+  json["deviations"] = deviations;
+  return json;
+}
+
 }  // namespace
 
 std::string to_json(const FloatReport& report) {
@@ -246,6 +263,15 @@ std::string to_json(const SpinReport& report) {
   json["after"] = spin_json(report.after.state);
   add_shells(json["after"], report.after);
   close(json, report, report.after, report.hollowed ? &report.result.hollow : nullptr);
+  if (report.hollowed && report.result.certificate) {
+    const SpinCertificate& certificate = *report.result.certificate;
+    json["solver"]["certificate"] = {{"objective", number(certificate.best.objective)},
+                                     {"lower_bound", number(certificate.lower_bound)},
+                                     {"gap", number(certificate.gap)},
+                                     {"closed", certificate.closed},
+                                     {"nodes", certificate.nodes},
+                                     {"evaluations", certificate.evaluations}};
+  }
   return json.dump(2) + "\n";
 }
 
@@ -260,6 +286,32 @@ std::string to_json(const StandReport& report) {
   json["after"] = stand_json(report.after.state);
   add_shells(json["after"], report.after);
   close(json, report, report.after, report.hollowed ? &report.result.hollow : nullptr);
+  return json.dump(2) + "\n";
+}
+
+std::string to_json(const TargetReport& report) {
+  Json json = opening(report, report.after);
+  json["goal"] = {{"name", "target"},
+                  {"wanted", inertial_json(report.goal.wanted)},
+                  {"density_g_cm3", report.goal.density_g_cm3},
+                  {"wall_mm", report.goal.wall_mm}};
+  json["before"] = target_json(report.before);
+  json["after"] = target_json(report.after.state);
+  add_shells(json["after"], report.after);
+  const MassProperties& body = report.after.state.body;
+  json["inertial"] =
+      is_physical(body.inertia_g_mm2) ? Json{{"urdf", urdf_inertial(body)}, {"mjcf", mjcf_inertial(body)}} : Json(nullptr);
+  close(json, report, report.after, report.hollowed ? &report.result.hollow : nullptr);
+  if (report.hollowed) {
+    const TargetResult& result = report.result;
+    json["solver"]["duality_gap"] = number(result.hollow.duality_gap);
+    json["solver"]["wall_mm"] = number(result.wall_mm);
+    if (result.first)
+      json["solver"]["first"] = {{"number", inertial_name(result.first->number)},
+                                 {"sense", result.first->largest ? "largest" : "smallest"},
+                                 {"value", number(result.first_found)},
+                                 {"bound", number(result.first_bound)}};
+  }
   return json.dump(2) + "\n";
 }
 

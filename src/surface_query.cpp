@@ -134,11 +134,36 @@ void triangle_bounds(const RTCBoundsFunctionArguments* args) {
 
 using PairList = std::vector<std::pair<int, int>>;
 
+struct PairSearch {
+  const Mesh& mesh;
+  double clear_mm;  ///< distances beyond this are no rounding errors
+  tbb::enumerable_thread_specific<PairList> found;
+};
+
+/// True when all corners of t that are not corners of s lie on one side of the plane of s, clear of it.
+bool on_one_side(const PairSearch& search, unsigned s, unsigned t) {
+  const Eigen::Vector3i& v = search.mesh.triangles[s];
+  const Eigen::Vector3d& a = search.mesh.vertices[v[0]];
+  const Eigen::Vector3d normal = (search.mesh.vertices[v[1]] - a).cross(search.mesh.vertices[v[2]] - a);
+  const double clear = search.clear_mm * normal.norm();
+  bool above = true;
+  bool below = true;
+  for (const int corner : search.mesh.triangles[t]) {
+    if (corner == v[0] || corner == v[1] || corner == v[2]) continue;
+    const double height = normal.dot(search.mesh.vertices[corner] - a);
+    above = above && height > clear;
+    below = below && height < -clear;
+  }
+  return above != below;
+}
+
 void collect_pairs(void* user, RTCCollision* collisions, unsigned count) {
-  auto& local = static_cast<tbb::enumerable_thread_specific<PairList>*>(user)->local();
+  auto& search = *static_cast<PairSearch*>(user);
+  PairList& local = search.found.local();
   for (unsigned n = 0; n < count; ++n) {
     const auto [i, j] = std::minmax(collisions[n].primID0, collisions[n].primID1);
-    if (i != j) local.emplace_back(static_cast<int>(i), static_cast<int>(j));
+    if (i != j && !on_one_side(search, i, j) && !on_one_side(search, j, i))
+      local.emplace_back(static_cast<int>(i), static_cast<int>(j));
   }
 }
 
@@ -257,7 +282,7 @@ void SurfaceQuery::line_hits_brute_force(const Eigen::Vector2d& xy, std::vector<
   sort_hits(hits);
 }
 
-std::vector<std::pair<int, int>> SurfaceQuery::overlapping_boxes() const {
+std::vector<std::pair<int, int>> SurfaceQuery::close_pairs() const {
   if (impl_->mesh.triangles.empty()) return {};
   const Device device;
   RTCGeometry geometry = rtcNewGeometry(device.handle, RTC_GEOMETRY_TYPE_USER);
@@ -269,13 +294,13 @@ std::vector<std::pair<int, int>> SurfaceQuery::overlapping_boxes() const {
   rtcAttachGeometry(scene, geometry);
   rtcReleaseGeometry(geometry);
   rtcCommitScene(scene);
-  tbb::enumerable_thread_specific<PairList> found;
-  rtcCollide(scene, scene, collect_pairs, &found);
+  PairSearch search{impl_->mesh, 1e-9 * bounding_box(impl_->mesh).diagonal().norm(), {}};
+  rtcCollide(scene, scene, collect_pairs, &search);
   rtcReleaseScene(scene);
   device.check();
 
   PairList pairs;
-  for (const PairList& part : found) pairs.insert(pairs.end(), part.begin(), part.end());
+  for (const PairList& part : search.found) pairs.insert(pairs.end(), part.begin(), part.end());
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   return pairs;
@@ -283,23 +308,48 @@ std::vector<std::pair<int, int>> SurfaceQuery::overlapping_boxes() const {
 
 double point_triangle_distance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                const Eigen::Vector3d& c, Eigen::Vector3d* nearest) {
-  const auto nearest_on_segment = [&p](const Eigen::Vector3d& u, const Eigen::Vector3d& v) -> Eigen::Vector3d {
-    const Eigen::Vector3d uv = v - u;
-    const double length2 = uv.squaredNorm();
-    return length2 > 0 ? u + std::clamp((p - u).dot(uv) / length2, 0.0, 1.0) * uv : u;
-  };
-  const Eigen::Vector3d n = (b - a).cross(c - a);
-  const double n2 = n.squaredNorm();
+  // By the Voronoi regions of the corners, the edges and the face. A triangle without area has only the former.
+  const Eigen::Vector3d ab = b - a;
+  const Eigen::Vector3d ac = c - a;
+  const Eigen::Vector3d ap = p - a;
+  const double ab_ap = ab.dot(ap);
+  const double ac_ap = ac.dot(ap);
+  const Eigen::Vector3d bp = p - b;
+  const double ab_bp = ab.dot(bp);
+  const double ac_bp = ac.dot(bp);
+  const Eigen::Vector3d cp = p - c;
+  const double ab_cp = ab.dot(cp);
+  const double ac_cp = ac.dot(cp);
+  const double on_c = ab_ap * ac_bp - ab_bp * ac_ap;  // barycentric weights of the projection, times twice the area squared
+  const double on_b = ab_cp * ac_ap - ab_ap * ac_cp;
+  const double on_a = ab_bp * ac_cp - ab_cp * ac_bp;
   Eigen::Vector3d best = a;
-  if (n2 > 0 && (b - a).cross(p - a).dot(n) >= 0 && (c - b).cross(p - b).dot(n) >= 0 && (a - c).cross(p - c).dot(n) >= 0) {
-    best = p - ((p - a).dot(n) / n2) * n;
-  } else {
+  if (on_a + on_b + on_c <= 1e-12 * ab.squaredNorm() * ac.squaredNorm()) {
+    // A sliver whose regions rounding has mixed up: the nearest of its sides.
     double best2 = std::numeric_limits<double>::infinity();
-    for (const Eigen::Vector3d& q : {nearest_on_segment(a, b), nearest_on_segment(b, c), nearest_on_segment(c, a)})
+    for (const auto& [u, v] : {std::pair{a, b}, {b, c}, {c, a}}) {
+      const Eigen::Vector3d uv = v - u;
+      const double length2 = uv.squaredNorm();
+      const Eigen::Vector3d q = length2 > 0 ? Eigen::Vector3d(u + std::clamp((p - u).dot(uv) / length2, 0.0, 1.0) * uv) : u;
       if (const double d2 = (p - q).squaredNorm(); d2 < best2) {
         best2 = d2;
         best = q;
       }
+    }
+  } else if (ab_ap <= 0 && ac_ap <= 0) {
+    // a
+  } else if (ab_bp >= 0 && ac_bp <= ab_bp) {
+    best = b;
+  } else if (ac_cp >= 0 && ab_cp <= ac_cp) {
+    best = c;
+  } else if (on_c <= 0 && ab_ap >= 0 && ab_bp <= 0) {
+    best = a + ab_ap / (ab_ap - ab_bp) * ab;
+  } else if (on_b <= 0 && ac_ap >= 0 && ac_cp <= 0) {
+    best = a + ac_ap / (ac_ap - ac_cp) * ac;
+  } else if (on_a <= 0 && ac_bp - ab_bp >= 0 && ab_cp - ac_cp >= 0) {
+    best = b + (ac_bp - ab_bp) / ((ac_bp - ab_bp) + (ab_cp - ac_cp)) * (c - b);
+  } else {
+    best = a + (on_b * ab + on_c * ac) / (on_a + on_b + on_c);
   }
   if (nearest) *nearest = best;
   return (p - best).norm();

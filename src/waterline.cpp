@@ -85,13 +85,17 @@ std::optional<double> wall_for_shell(const FloatProblem& problem, double shell_m
   return wall.lo;
 }
 
-/// What makes a shell light enough for `available_mm3` of material.
-std::string lighter(const FloatProblem& problem, double available_mm3, const SurfaceQuery& surface, const Progress& progress) {
-  std::string remedy;
-  if (const auto wall = wall_for_shell(problem, available_mm3, surface, progress))
-    remedy += "make the wall thinner than " + number(*wall, 2) + " mm (--wall), or ";
-  return remedy + "use a material lighter than " + number(problem.density_g_cm3 * available_mm3 / problem.shell[M1], 3) +
-         " g/cm3 (--density)";
+/// What makes a shell light enough for `available_mm3` of material; with 2 % to spare among the remedies.
+std::string lighter(const FloatProblem& problem, double available_mm3, const SurfaceQuery& surface, const Progress& progress,
+                    std::vector<std::string>& remedies) {
+  std::string text;
+  if (const auto wall = wall_for_shell(problem, available_mm3, surface, progress)) {
+    text += "make the wall thinner than " + number(*wall, 2) + " mm (--wall), or ";
+    remedies.push_back("--wall " + number(0.98 * *wall, 2));
+  }
+  const double density = problem.density_g_cm3 * available_mm3 / problem.shell[M1];
+  remedies.push_back("--density " + number(0.98 * density, 3));
+  return text + "use a material lighter than " + number(density, 3) + " g/cm3 (--density)";
 }
 
 }  // namespace
@@ -211,12 +215,13 @@ double smallest_offset_mm(const RayRep& inner, const Moments& shell, std::option
   return std::max(0.0, best);
 }
 
-std::string explain_unattainable(const FloatProblem& problem, const WaterlineState& state, const SurfaceQuery& surface,
+Explanation explain_unattainable(const FloatProblem& problem, const WaterlineState& state, const SurfaceQuery& surface,
                                  const Progress& progress) {
   const double shell_g = grams(problem.shell[M1], problem.density_g_cm3);
   const double solid_g = grams(solid_moments(problem)[M1], problem.density_g_cm3);
   const double available_mm3 = state.displaced_g * 1000 / problem.density_g_cm3;
   const Interval range = range_by_mass(problem);
+  std::vector<std::string> remedies;
   const std::string line = "a waterline " + number(state.waterline_mm, 2) + " mm above the lowest point displaces " +
                            number(state.displaced_g, 2) + " g";
   if (available_mm3 < problem.shell[M1]) {
@@ -224,17 +229,21 @@ std::string explain_unattainable(const FloatProblem& problem, const WaterlineSta
     std::string deeper = number(range.lo, 2) + " mm (--waterline";
     for (const WaterlineState& other : scan(problem, progress))
       if (other.attainable && other.metacentric_height_mm > 0) {
+        remedies.push_back("--waterline " + number(other.waterline_mm, 2));
         if (other.waterline_mm > range.lo + 0.05)
           deeper += "; from about " + number(other.waterline_mm, 2) + " mm on it also balances";
         break;
       }
-    return "The shell alone weighs " + number(shell_g, 2) + " g, but " + line + ": float it deeper than " + deeper + "), or " +
-           lighter(problem, available_mm3, surface, progress) + ".";
+    const std::string text = "The shell alone weighs " + number(shell_g, 2) + " g, but " + line + ": float it deeper than " +
+                             deeper + "), or " + lighter(problem, available_mm3, surface, progress, remedies) + ".";
+    return {text, remedies};
   }
   if (available_mm3 > solid_moments(problem)[M1])
-    return "Even completely solid it weighs only " + number(solid_g, 2) + " g, but " + line + ": float it shallower than " +
-           number(range.hi, 2) + " mm (--waterline), or use a material heavier than " +
-           number(problem.density_g_cm3 * available_mm3 / solid_moments(problem)[M1], 3) + " g/cm3 (--density).";
+    return {"Even completely solid it weighs only " + number(solid_g, 2) + " g, but " + line + ": float it shallower than " +
+                number(range.hi, 2) + " mm (--waterline), or use a material heavier than " +
+                number(problem.density_g_cm3 * available_mm3 / solid_moments(problem)[M1], 3) + " g/cm3 (--density).",
+            {"--waterline " + number(0.98 * range.hi, 2),
+             "--density " + number(1.02 * problem.density_g_cm3 * available_mm3 / solid_moments(problem)[M1], 3)}};
 
   const double offset =
       smallest_offset_mm(problem.inner, problem.shell, available_mm3, state.water.centre_of_buoyancy_mm.head<2>());
@@ -246,22 +255,27 @@ std::string explain_unattainable(const FloatProblem& problem, const WaterlineSta
     if (other.attainable && other.metacentric_height_mm > 0 &&
         (!nearest || std::abs(other.waterline_mm - state.waterline_mm) < std::abs(nearest->waterline_mm - state.waterline_mm)))
       nearest = &other;
-  if (nearest)
+  if (nearest) {
+    remedies.push_back("--waterline " + number(nearest->waterline_mm, 2));
     text += " The nearest waterline that can be met is about " + number(nearest->waterline_mm, 2) +
             " mm (--waterline); a thinner wall (--wall) leaves more freedom.";
-  else
+  } else {
     text += " No other waterline can be met either: try a thinner wall (--wall) or another attitude (--up).";
-  return text;
+  }
+  return {text, remedies};
 }
 
-std::string explain_no_waterline(const FloatProblem& problem, const SurfaceQuery& surface, const Progress& progress) {
+Explanation explain_no_waterline(const FloatProblem& problem, const SurfaceQuery& surface, const Progress& progress) {
   const double hull_mm3 = mesh_moments(problem.hull)[M1];
   const double available_mm3 = hull_mm3 * problem.fluid_g_cm3 / problem.density_g_cm3;
   const double shell_g = grams(problem.shell[M1], problem.density_g_cm3);
-  if (available_mm3 <= problem.shell[M1])
-    return "It sinks at any waterline: the shell alone weighs " + number(shell_g, 2) +
-           " g, and completely under water it displaces only " + number(grams(hull_mm3, problem.fluid_g_cm3), 2) +
-           " g: " + lighter(problem, available_mm3, surface, progress) + ".";
+  if (available_mm3 <= problem.shell[M1]) {
+    std::vector<std::string> remedies;
+    const std::string text = "It sinks at any waterline: the shell alone weighs " + number(shell_g, 2) +
+                             " g, and completely under water it displaces only " + number(grams(hull_mm3, problem.fluid_g_cm3), 2) +
+                             " g: " + lighter(problem, available_mm3, surface, progress, remedies) + ".";
+    return {text, remedies};
+  }
 
   const std::vector<WaterlineState> states = scan(problem, progress);
   std::size_t attainable = 0;
@@ -283,18 +297,22 @@ std::string explain_no_waterline(const FloatProblem& problem, const SurfaceQuery
     }
   }
   if (best && best->metacentric_height_mm <= 0)
-    return "It does not float upright at any waterline: even with the lowest centre of mass the metacentric height is negative, " +
-           number(best->metacentric_height_mm, 2) + " mm at best (waterline " + number(best->waterline_mm, 2) +
-           " mm). Try a denser material (--density), a thinner wall (--wall) or another attitude (--up).";
+    return {"It does not float upright at any waterline: even with the lowest centre of mass the metacentric height is negative, " +
+                number(best->metacentric_height_mm, 2) + " mm at best (waterline " + number(best->waterline_mm, 2) +
+                " mm). Try a denser material (--density), a thinner wall (--wall) or another attitude (--up).",
+            {}};
   if (best)
-    return "It does not float upright at any waterline: where the metacentric height is positive (at best " +
-           number(best->metacentric_height_mm, 2) + " mm, waterline " + number(best->waterline_mm, 2) +
-           " mm) it still does not come back when let go tilted by 10 degrees. Name a waterline (--waterline) to see the figures, "
-           "or try "
-           "another attitude (--up) or a denser material (--density).";
-  return "It cannot be balanced at any waterline: the centre of mass comes no closer than " + number(offset, 2) +
-         " mm (horizontally) to the centre of buoyancy, at a waterline of " + number(offset_at, 2) +
-         " mm. Try a thinner wall (--wall), a lighter material (--density) or another attitude (--up).";
+    return {
+        "It does not float upright at any waterline: where the metacentric height is positive (at best " +
+            number(best->metacentric_height_mm, 2) + " mm, waterline " + number(best->waterline_mm, 2) +
+            " mm) it still does not come back when let go tilted by 10 degrees. Name a waterline (--waterline) to see the figures, "
+            "or try "
+            "another attitude (--up) or a denser material (--density).",
+        {}};
+  return {"It cannot be balanced at any waterline: the centre of mass comes no closer than " + number(offset, 2) +
+              " mm (horizontally) to the centre of buoyancy, at a waterline of " + number(offset_at, 2) +
+              " mm. Try a thinner wall (--wall), a lighter material (--density) or another attitude (--up).",
+          {}};
 }
 
 }  // namespace rayrep

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "predicates.h"
 #include "rayrep/mesh_check.h"
 #include "rayrep/mesh_io.h"
 #include "rayrep/ray_cast.h"
@@ -216,21 +217,48 @@ TEST(SurfaceQuery, PointTriangleDistanceByRegion) {
   EXPECT_DOUBLE_EQ(point_triangle_distance({2, 1, 0}, a, b, {2, 0, 0}), 1);
 }
 
-TEST(SurfaceQuery, OverlappingBoxesAreAllPairs) {
-  const Mesh mesh = rotated(torus(8, 3, 12, 8), random_rotation(2));
-  std::vector<std::pair<int, int>> expected;
+TEST(SurfaceQuery, ClosePairsMissNoneThatMeets) {
+  // Two tori through each other, one triangle folded onto its neighbour.
+  Mesh mesh = rotated(torus(8, 3, 12, 8), random_rotation(2));
+  append(mesh, rotated(torus(7, 2, 10, 6), random_rotation(5)));
+  mesh.vertices.push_back((mesh.corner(0, 0) + mesh.corner(0, 1) + mesh.corner(0, 2)) / 3);
+  mesh.triangles.emplace_back(mesh.triangles[0][0], mesh.triangles[0][1], static_cast<int>(mesh.vertices.size()) - 1);
   const auto box_of = [&mesh](std::size_t t) {
     Eigen::AlignedBox3d b;
     for (int k = 0; k < 3; ++k) b.extend(mesh.corner(t, k));
     return b;
   };
+  std::vector<std::pair<int, int>> meeting;
+  std::size_t overlapping = 0;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
-    for (std::size_t j = i + 1; j < mesh.triangles.size(); ++j)
-      if (box_of(i).intersects(box_of(j))) expected.emplace_back(i, j);
-  const auto found = SurfaceQuery(mesh).overlapping_boxes();
-  // Boxes are rounded outward to float32: nothing may be missing, and little may be added.
-  EXPECT_TRUE(std::includes(found.begin(), found.end(), expected.begin(), expected.end()));
-  EXPECT_LE(found.size(), expected.size() + expected.size() / 50);
+    for (std::size_t j = i + 1; j < mesh.triangles.size(); ++j) {
+      const Eigen::Vector3d p[3] = {mesh.corner(i, 0), mesh.corner(i, 1), mesh.corner(i, 2)};
+      const Eigen::Vector3d q[3] = {mesh.corner(j, 0), mesh.corner(j, 1), mesh.corner(j, 2)};
+      overlapping += box_of(i).intersects(box_of(j));
+      if (triangles_intersect(p, mesh.triangles[i], q, mesh.triangles[j])) meeting.emplace_back(i, j);
+    }
+  const auto found = SurfaceQuery(mesh).close_pairs();
+  EXPECT_GT(meeting.size(), 20u);
+  EXPECT_TRUE(std::is_sorted(found.begin(), found.end()));
+  EXPECT_TRUE(std::includes(found.begin(), found.end(), meeting.begin(), meeting.end()));
+  EXPECT_LT(found.size(), overlapping / 2);
+}
+
+TEST(SurfaceQuery, PointTriangleDistanceIsTheSmallest) {
+  // The nearest point is in the triangle, and the triangle lies beyond the plane through it across the line to p.
+  Random random(31);
+  const auto point = [&random] { return Eigen::Vector3d(random.uniform(), random.uniform(), random.uniform()); };
+  for (int n = 0; n < 20000; ++n) {
+    const Eigen::Vector3d a = point();
+    const Eigen::Vector3d b = point();
+    const Eigen::Vector3d c = n % 10 == 0 ? Eigen::Vector3d(a + 2 * random.uniform() * (b - a)) : point();
+    const Eigen::Vector3d p = 3 * point() - Eigen::Vector3d::Ones();
+    Eigen::Vector3d nearest;
+    const double distance = point_triangle_distance(p, a, b, c, &nearest);
+    ASSERT_NEAR(distance, (p - nearest).norm(), 1e-15);
+    for (const Eigen::Vector3d& corner : {a, b, c}) ASSERT_LT((p - nearest).dot(corner - nearest), 1e-6);
+    ASSERT_LT(point_triangle_distance(nearest, a, b, c), 1e-7);
+  }
 }
 
 class SharedMeshes : public ::testing::TestWithParam<const char*> {};

@@ -180,23 +180,44 @@ TEST(BottomFilledRays, DerivativesAreThoseOfTheMoments) {
 }
 
 TEST(SegmentRays, DerivativesAreThoseOfTheMoments) {
-  const SegmentRays interior(Problem(4).domain, SegmentBounds::complete);
-  expect_derivatives_of(interior, interior.start(0.6));
+  for (const Between between : {Between::material, Between::cavity}) {
+    const SegmentRays interior(Problem(4).domain, SegmentBounds::complete, between);
+    expect_derivatives_of(interior, interior.start(0.6));
+  }
+}
+
+TEST(SegmentRays, MaterialAndCavityBetweenTheSameEndsFillTheDomain) {
+  const Problem p(2);
+  const SegmentRays material(p.domain, SegmentBounds::complete, Between::material);
+  const SegmentRays cavity(p.domain, SegmentBounds::complete, Between::cavity);
+  Random random(6);
+  Eigen::VectorXd z = material.lower_bounds();
+  for (Eigen::Index v = 0; v < z.size(); v += 2) {
+    const double length = p.domain.intervals[static_cast<std::size_t>(v / 2)].length();
+    const double a = random.uniform();
+    const double b = random.uniform();
+    z[v] += length * std::min(a, b);
+    z[v + 1] += length * std::max(a, b);
+  }
+  EXPECT_GT(cavity.moments(z)[M1], 0);
+  expect_moments_near(material.moments(z) + cavity.moments(z), ray_moments(p.domain), 1e-13, 15);
 }
 
 TEST(SegmentRays, StartsAreVoidSolidAndWithinTheBounds) {
   const Problem p(2);
-  for (const SegmentBounds bounds : {SegmentBounds::paper, SegmentBounds::complete}) {
-    const SegmentRays interior(p.domain, bounds);
-    expect_moments_near(interior.moments(interior.start(1)), ray_moments(p.domain), 1e-13, 15);
-    EXPECT_LT(interior.moments(interior.start(0)).norm(), 1e-9);
-    for (const double fill : {0.0, 0.5, 1.0}) {
-      const Eigen::VectorXd x = interior.start(fill);
-      EXPECT_TRUE((x.array() >= interior.lower_bounds().array() - 1e-12).all());
-      EXPECT_TRUE((x.array() <= interior.upper_bounds().array() + 1e-12).all());
-      for (const auto& [i, j] : interior.ordered_pairs()) EXPECT_LE(x[i], x[j]);
+  for (const SegmentBounds bounds : {SegmentBounds::paper, SegmentBounds::complete})
+    for (const Between between : {Between::material, Between::cavity}) {
+      const SegmentRays interior(p.domain, bounds, between);
+      expect_moments_near(interior.moments(interior.start(1)), ray_moments(p.domain), 1e-13, 15);
+      EXPECT_LT(interior.moments(interior.start(0)).norm(), 1e-9);
+      for (const double fill : {0.0, 0.5, 1.0}) {
+        const Eigen::VectorXd x = interior.start(fill);
+        EXPECT_NEAR(interior.moments(x)[M1], fill * ray_moments(p.domain)[M1], 1e-9);
+        EXPECT_TRUE((x.array() >= interior.lower_bounds().array() - 1e-12).all());
+        EXPECT_TRUE((x.array() <= interior.upper_bounds().array() + 1e-12).all());
+        for (const auto& [i, j] : interior.ordered_pairs()) EXPECT_LE(x[i], x[j]);
+      }
     }
-  }
   // The paper's bounds keep z0 <= z1 by themselves; the complete ones need the pairs.
   EXPECT_TRUE(SegmentRays(p.domain, SegmentBounds::paper).ordered_pairs().empty());
   EXPECT_EQ(SegmentRays(p.domain, SegmentBounds::complete).ordered_pairs().size(), p.domain.intervals.size());
@@ -421,75 +442,6 @@ TEST_P(FloatOnRays, IpoptReachesTheProvenOptimum) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Fill, FloatOnRays, ::testing::Values(0.45, 0.6, 0.75, 0.9));
-
-TEST(Quadric, OfASymmetricBodyIsLevel) {
-  const Mesh solid = box({-10, -10, 0}, {10, 10, 20});
-  RayGrid grid;
-  grid.spacing_mm = 0.5;
-  grid.nx = grid.ny = 36;
-  grid.origin_mm = Eigen::Vector2d::Constant(-9 + 0.25);
-  const RayRep domain = cast_rays(SurfaceQuery(box({-9, -9, 1}, {9, 9, 19})), grid, Region::solid);
-  const Moments shell = mesh_moments(solid) - ray_moments(domain);
-  const double target = shell[M1] + 18 * 18 * 5;  // filled to z = 6
-  const QuadricSolution solution = solve_quadric(FloatGoal(target, {0, 0}, 30), RayIntegrals(domain), shell);
-  ASSERT_TRUE(solution.converged);
-  EXPECT_NEAR(-solution.q[M1] / solution.q[MZ], 6, 1e-9);
-  EXPECT_NEAR(solution.q[MX] / solution.q[MZ], 0, 1e-10);
-  EXPECT_NEAR(solution.moments[MZ], shell[MZ] + 18 * 18 * (36 - 1) / 2.0, 1e-6);
-}
-
-TEST(Quadric, SaysWhenTheTargetIsOutOfReach) {
-  const Problem p(1.5);
-  EXPECT_FALSE(solve_quadric(FloatGoal(1.1 * p.solid_mm3, {0, 0}, 40), RayIntegrals(p.domain), p.shell).converged);
-  EXPECT_FALSE(solve_quadric(FloatGoal(0.7 * p.solid_mm3, {6, 0}, 40), RayIntegrals(p.domain), p.shell).converged);
-  EXPECT_TRUE(solve_quadric(FloatGoal(0.7 * p.solid_mm3, {0.5, 0}, 40), RayIntegrals(p.domain), p.shell).converged);
-}
-
-TEST(Quadric, RandomTargetsAreReachedOrProvenUnreachable) {
-  // Either the dual converges, or the attainable set ends before the target by a measurable distance.
-  Random random(17);
-  int reached = 0;
-  int missed = 0;
-  for (int n = 0; n < 300; ++n) {
-    const Problem p(2.5, static_cast<std::uint64_t>(n % 10));
-    const double volume = p.shell[M1] + (0.02 + 0.96 * random.uniform()) * (p.solid_mm3 - p.shell[M1]);
-    const Eigen::Vector2d centre(4 * random.uniform() - 2, 4 * random.uniform() - 2);
-    const bool converged = solve_quadric(FloatGoal(volume, centre, 40), RayIntegrals(p.domain), p.shell).converged;
-    const double offset = smallest_offset_mm(p.domain, p.shell, volume, centre);
-    ++(converged ? reached : missed);
-    EXPECT_EQ(converged, offset < 1e-6) << n << ": " << offset;
-  }
-  EXPECT_GT(reached, 50);
-  EXPECT_GT(missed, 50);
-}
-
-TEST(Quadric, NothingComesNearerThanTheNearest) {
-  // Against many random interiors: none is nearer than the proven bound, and the bound is attained.
-  const Problem p(2);
-  const SpinGoal goal({}, true, false, p.solid_mm3, 40);
-  const Moments shifted = translated(p.shell, {3, 1, 0});
-  RayRep domain = p.domain;
-  domain.grid.origin_mm += Eigen::Vector2d(3, 1);
-  const auto A = goal.constraint_jacobian(shifted);
-  const NearestSolution nearest = nearest_attainable(goal, RayIntegrals(domain), shifted, 1e-9);
-  ASSERT_TRUE(nearest.converged);
-  ASSERT_FALSE(nearest.attainable);
-  EXPECT_NEAR(nearest.distance, nearest.lower_bound, 1e-6 * nearest.distance);
-  const SegmentRays interior(domain, SegmentBounds::complete);
-  Random random(23);
-  for (int n = 0; n < 200; ++n) {
-    Eigen::VectorXd z = interior.start(1);
-    const double a = 2 * random.uniform() - 1;
-    const double b = 2 * random.uniform() - 1;
-    for (Eigen::Index i = 0; i + 1 < z.size(); i += 2) {
-      const Eigen::Vector2d xy = domain.grid.at(static_cast<std::size_t>(i) % domain.grid.size());
-      z[i] += (z[i + 1] - z[i]) * (a * xy.x() + b * xy.y() > 0 ? random.uniform() : 0);
-    }
-    EXPECT_GE((A * (shifted + interior.moments(z))).norm(), nearest.lower_bound * (1 - 1e-9));
-  }
-  // On its own axis the body is balanced: attainable.
-  EXPECT_TRUE(nearest_attainable(goal, RayIntegrals(p.domain), p.shell, 1e-6).attainable);
-}
 
 TEST(Waterline, SmallestOffsetOfABoxIsAnalytic) {
   // Filling a box of length 20 to a fraction f by one side puts the centre at (1 - f) 10 from the middle at most.

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <pugixml.hpp>
 #include <sstream>
 
 #include "rayrep/mesh_io.h"
@@ -62,6 +63,38 @@ protected:
 
   fs::path folder_;
 };
+
+TEST_F(Tool, SuggestsACommandThatWorks) {
+  const Run refused = run("float egg.stl --resolution 40 --waterline 2 --suggest --output s.stl");
+  EXPECT_EQ(refused.code, 4);
+  std::istringstream lines(refused.out);
+  std::string line;
+  ASSERT_TRUE(std::getline(lines, line)) << refused.err;
+  EXPECT_EQ(line.substr(0, 7), "rayrep ");
+  EXPECT_EQ(line.find("--suggest"), std::string::npos);
+  EXPECT_EQ(line.find("--waterline 2 "), std::string::npos) << line;
+  EXPECT_EQ(run(line.substr(7)).code, 0) << line;
+  EXPECT_EQ(new_files(), (std::vector<std::string>{"s.stl"}));
+}
+
+TEST_F(Tool, CertifiesAndSearchesTheAxis) {
+  const Run spin = run("spin egg.stl --resolution 40 --point auto --axis auto --max-tilt 10 --certify --report c.json -v");
+  ASSERT_EQ(spin.code, 0) << spin.err;
+  EXPECT_NE(spin.out.find("of the global optimum (proven"), std::string::npos) << spin.out;
+  EXPECT_NE(spin.out.find("axis along ("), std::string::npos);
+  const auto report = nlohmann::json::parse(text_of(folder_ / "c.json"));
+  const auto& certificate = report["solver"]["certificate"];
+  EXPECT_TRUE(certificate["closed"]);
+  EXPECT_LE(certificate["gap"].get<double>(), 1e-4);
+  EXPECT_LE(report["solver"]["as_built_error"].get<double>(), 1e-6);
+  // The line to judge it again names the axis that was found.
+  const auto at = spin.out.find("rayrep verify ");
+  ASSERT_NE(at, std::string::npos);
+  EXPECT_EQ(run(spin.out.substr(at + 7, spin.out.find('\n', at) - at - 7)).code, 0);
+  for (const char* wrong : {"--certify --prefer smallest", "--certify --objective spinit", "--max-tilt 5",
+                            "--axis auto --max-tilt 0", "--yoyo --point auto", "--axis sideways"})
+    EXPECT_EQ(run(std::string("spin egg.stl ") + wrong).code, 2) << wrong;
+}
 
 TEST_F(Tool, FloatsAndVerifies) {
   const Run run_float = run("float egg.stl --resolution 60 --report r.json");
@@ -331,6 +364,100 @@ TEST_F(Tool, StandsAndVerifies) {
   }
 }
 
+TEST_F(Tool, MeetsTargetsAndWritesThemForSimulators) {
+  const Run made =
+      run("target egg.stl --wall 2 --resolution 40 --mass 40 --com 0,0,-1 --inertia -,-,12000 --minimise ixx --report r.json"
+          " --urdf egg.urdf --mjcf egg.xml");
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_NE(made.out.find("VERIFIED: wrote egg_target.stl"), std::string::npos) << made.out;
+  EXPECT_EQ(new_files(), (std::vector<std::string>{"egg.urdf", "egg.xml", "egg_target.stl", "r.json"}));
+  const auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_EQ(report["command"], "target");
+  EXPECT_EQ(report["goal"]["wanted"],
+            (nlohmann::json{{"mass", 40.0}, {"com_x", 0.0}, {"com_y", 0.0}, {"com_z", -1.0}, {"izz", 12000.0}}));
+  EXPECT_EQ(report["criteria"].size(), 9u);
+  EXPECT_NEAR(report["after"]["mass_g"].get<double>(), 40, 1e-3);
+  EXPECT_LT(report["after"]["deviations"]["izz"].get<double>(), 1e-4);
+  EXPECT_EQ(report["solver"]["first"]["number"], "ixx");
+  EXPECT_GE(report["solver"]["first"]["value"].get<double>(), report["solver"]["first"]["bound"].get<double>() * (1 - 1e-9));
+
+  // The files hold the numbers of the mesh that was written, in kg and m; so do the report and inspect.
+  const MassProperties body = mass_properties(mesh_moments(read_mesh(folder_ / "egg_target.stl").mesh), 1.24);
+  EXPECT_NEAR(body.mass_g, 40, 1e-3);
+  pugi::xml_document urdf;
+  ASSERT_TRUE(urdf.load_file((folder_ / "egg.urdf").c_str()));
+  const pugi::xml_node inertial = urdf.child("inertial");
+  EXPECT_NEAR(inertial.child("mass").attribute("value").as_double(), 1e-3 * body.mass_g, 1e-8);
+  EXPECT_NEAR(inertial.child("inertia").attribute("izz").as_double(), 1e-9 * body.inertia_g_mm2(2, 2), 1e-12);
+  EXPECT_NEAR(inertial.child("inertia").attribute("iyz").as_double(), 1e-9 * body.inertia_g_mm2(1, 2), 1e-12);
+  EXPECT_EQ(report["inertial"]["urdf"].get<std::string>(), text_of(folder_ / "egg.urdf"));
+  EXPECT_EQ(report["inertial"]["mjcf"].get<std::string>(), text_of(folder_ / "egg.xml"));
+  ASSERT_EQ(run("inspect egg_target.stl -q --urdf again.urdf").code, 0);
+  ASSERT_TRUE(urdf.load_file((folder_ / "again.urdf").c_str()));
+  EXPECT_NEAR(urdf.child("inertial").child("mass").attribute("value").as_double(), 1e-3 * body.mass_g, 1e-8);
+
+  const std::string wanted = " --goal target --mass 40 --com 0,0,-1 --inertia -,-,12000 --wall 2 --original egg.stl";
+  const Run judged = run("verify egg_target.stl" + wanted);
+  EXPECT_EQ(judged.code, 0) << judged.err;
+  const Run other = run("verify egg_target.stl --goal target --mass 41 --com -,-,0.5");
+  EXPECT_EQ(other.code, 4);
+  EXPECT_NE(other.err.find("(mass, com_z)"), std::string::npos) << other.err;
+}
+
+TEST_F(Tool, UnreachableTargetsAre4AndTellHowNearTheyCome) {
+  const Run result = run("target egg.stl --resolution 40 --wall 2 --mass 40 --com -,-,-9 --urdf egg.urdf");
+  EXPECT_EQ(result.code, 4);
+  for (const char* words :
+       {"cannot be met together", "The nearest any interior comes (least squares of mass, static moments and inertia) is: mass",
+        "instead of -9 mm", "without com_z"})
+    EXPECT_NE(result.err.find(words), std::string::npos) << result.err;
+  EXPECT_TRUE(new_files().empty());
+}
+
+TEST_F(Tool, TargetUsageErrorsAre2) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"", "Say which numbers are wanted"},
+      {"--mass 0", "--mass must be a positive number"},
+      {"--com 1,2", "--com takes X,Y,Z"},
+      {"--com -,-,-", "Say which numbers are wanted"},
+      {"--com 1,2,x", "--com does not take"},
+      {"--inertia 1,2,3,4", "--inertia takes"},
+      {"--inertia 1,1,1", "Inertia targets need the centre of mass"},
+      {"--com 0,0,0 --inertia 1,1,5", "No body has this inertia"},
+      {"--mass 30 --minimise weight", "--minimise takes"},
+      {"--com 0,0,- --minimise com_z", "--mass"},
+      {"--mass 30 --solver rays", "unrecognised option '--solver'"},
+      {"--mass 30 --urdf egg.stl", "would overwrite a mesh"},
+      {"--mass 30 --urdf a --mjcf a", "name the same file"},
+  };
+  for (const auto& [arguments, message] : cases) {
+    const Run result = run(std::string("target egg.stl --resolution 40 ") + arguments);
+    EXPECT_EQ(result.code, 2) << arguments << ": " << result.err;
+    EXPECT_NE(result.err.find(message), std::string::npos) << arguments << ": " << result.err;
+    EXPECT_TRUE(new_files().empty()) << arguments;
+  }
+}
+
+TEST_F(Tool, SolversAreChosenAndTold) {
+  const auto solver_of = [&](const std::string& arguments) {
+    const Run result = run(arguments + " --resolution 20 --wall 4 -o a.stl --report r.json");
+    // At this resolution a mesh from voxels may miss the mass by more than the judge allows.
+    EXPECT_TRUE(result.code == 0 || result.code == 4) << arguments << ": " << result.err;
+    const auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+    return report["options"]["solver"].get<std::string>() + ": " + report["solver"]["name"].get<std::string>();
+  };
+  EXPECT_EQ(solver_of("float egg.stl --submerged 0.6"), "quadric: quadric");
+  EXPECT_EQ(solver_of("float egg.stl --submerged 0.6 --solver rays"), "rays: rays (Ipopt)");
+  EXPECT_EQ(solver_of("float egg.stl --submerged 0.6 --solver voxels"), "voxels: voxels (Ipopt)");
+  EXPECT_EQ(solver_of("float egg.stl --submerged 0.6 --solver octree"), "octree: octree (Ipopt)");
+  EXPECT_EQ(solver_of("spin egg.stl"), "quadric: quadric");
+  EXPECT_EQ(solver_of("spin egg.stl --bounds paper"), "rays: rays (Ipopt)");
+  const Run refused = run("spin egg.stl --bounds paper --solver quadric");
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("--bounds paper belongs to --solver rays"), std::string::npos) << refused.err;
+  EXPECT_EQ(run("stand egg.stl --solver magic").code, 2);
+}
+
 TEST_F(Tool, WhatCannotStandIs4WithTheReason) {
   const Run egg = run("verify egg.stl --goal stand");
   EXPECT_EQ(egg.code, 4);
@@ -355,10 +482,12 @@ TEST_F(Tool, VerifyRefusesOptionsOfOtherGoals) {
                                                        {"--goal stand --prefer largest", "--prefer belongs to --goal spin or yoyo"},
                                                        {"--goal spin --target 0,0,0", "--target belongs to --goal stand"},
                                                        {"--goal float --contact 1", "--contact belongs to --goal stand"},
-                                                       {"--goal swim", "--goal is float, spin, yoyo or stand"},
+                                                       {"--goal swim", "--goal is float, spin, yoyo, stand or target"},
                                                        {"--goal spin --point 500,0", "does not meet the mesh"},
                                                        {"--goal spin --point 1", "--point takes"},
                                                        {"--goal yoyo --center 1,2", "--center takes"},
+                                                       {"--goal spin --mass 5", "--mass belongs to --goal target"},
+                                                       {"--goal target", "Say which numbers are wanted"},
                                                        {"--goal stand --contact 0", "--contact must be a positive number"},
                                                        {"--goal spin --lambda 1", "unrecognised option '--lambda'"}};
   for (const auto& [arguments, message] : cases) {
@@ -418,7 +547,8 @@ TEST_F(Tool, InterruptIs130AndLeavesNothing) {
 }
 
 TEST_F(Tool, HelpFitsAScreen) {
-  for (const char* arguments : {"--help", "float --help", "spin --help", "stand --help", "verify --help", "inspect --help"}) {
+  for (const char* arguments :
+       {"--help", "float --help", "spin --help", "stand --help", "target --help", "verify --help", "inspect --help"}) {
     const Run result = run(arguments);
     EXPECT_EQ(result.code, 0);
     EXPECT_EQ(result.err, "");

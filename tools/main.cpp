@@ -25,12 +25,16 @@ int main(int argc, char** argv) {
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
   std::signal(SIGXFSZ, SIG_IGN);  // a full quota is then an error of the write
+  bool suggest = false;
   try {
     const rayrep::tool::Options options = rayrep::tool::parse_command_line(argc, argv);
+    suggest = options.suggest;
     rayrep::tool::run(options, [] { return interrupted.load(); });
     return 0;
   } catch (const rayrep::Error& error) {
     std::cerr << "rayrep: " << error.what() << "\n";
+    if (suggest)
+      for (const std::string& remedy : error.remedies()) std::cout << rayrep::tool::remedied(argc, argv, remedy) << "\n";
     return static_cast<int>(error.code());
   } catch (const std::bad_alloc&) {
     std::cerr << "rayrep: Out of memory: try a lower --resolution.\n";

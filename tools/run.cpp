@@ -211,6 +211,18 @@ StandReport start_stand(const Options& options, const ReadMesh& mesh, const char
   return report;
 }
 
+TargetReport start_target(const Options& options, const ReadMesh& mesh, const char* command) {
+  auto report = start_report<TargetReport>(options, mesh, command);
+  report.goal.wanted = options.wanted;
+  return report;
+}
+
+/// Writes the files for simulators that were asked for.
+void write_inertial(const Options& options, const MassProperties& body) {
+  if (!options.urdf.empty()) write_text_file(options.urdf, urdf_inertial(body));
+  if (!options.mjcf.empty()) write_text_file(options.mjcf, mjcf_inertial(body));
+}
+
 /// A mesh that can be hollowed, with a note about what may surprise.
 ReadMesh read_solid(const Options& options, const Progress& progress) {
   ReadMesh input = read(options.input, options, {}, progress);
@@ -228,6 +240,7 @@ HollowOptions hollow_options(const Options& options) {
   hollow.wall_mm = options.wall_mm;
   hollow.density_g_cm3 = options.density_g_cm3;
   hollow.resolution = options.resolution;
+  hollow.solver = options.solver;
   hollow.as_stored = [&options](const Mesh& mesh) { return as_stored(options.output, mesh); };
   return hollow;
 }
@@ -292,8 +305,11 @@ void run_spin(const Options& options, Stages& stages, const Progress& progress) 
   spin.largest = options.largest;
   spin.weights = options.weights;
   spin.bounds = options.bounds;
+  spin.max_tilt_rad = options.max_tilt_rad;
+  spin.certify = options.certify;
   SpinReport report = start_spin(options, input, "spin");
   report.result = hollow_spin(solid, spin, progress);
+  report.goal.axis = report.result.up;
   report.goal.contact_mm = report.result.contact_mm;
   const auto judge = [&](const Mesh& delivered) {
     report.after = verify_spin(delivered, &solid, report.goal, report.limits, progress);
@@ -318,6 +334,23 @@ void run_stand(const Options& options, Stages& stages, const Progress& progress)
     report.before = stand_state_of(solid, report.goal, progress);
   };
   deliver(options, report, judge, stages, progress);
+}
+
+void run_target(const Options& options, Stages& stages, const Progress& progress) {
+  const ReadMesh input = read_solid(options, progress);
+  const Mesh& solid = input.checked.mesh;
+  TargetOptions target;
+  target.hollow = hollow_options(options);
+  target.wanted = options.wanted;
+  target.order = options.order;
+  TargetReport report = start_target(options, input, "target");
+  report.result = hollow_target(solid, target, progress);
+  const auto judge = [&](const Mesh& delivered) {
+    report.after = verify_target(delivered, &solid, report.goal, report.limits, progress);
+    report.before = target_state_of(solid, report.goal, progress);
+  };
+  deliver(options, report, judge, stages, progress);
+  write_inertial(options, report.after.state.body);
 }
 
 /// A mesh to be judged, and the surface it must have outside if one was given.
@@ -380,6 +413,11 @@ void run_verify(const Options& options, Stages& stages, const Progress& progress
     progress.begin("verify");
     report.after = verify_stand(judged.mesh(), judged.original_mesh(), report.goal, report.limits, progress);
     conclude(options, report, stages);
+  } else if (options.goal == Command::target) {
+    TargetReport report = start_target(options, judged.input, "verify");
+    progress.begin("verify");
+    report.after = verify_target(judged.mesh(), judged.original_mesh(), report.goal, report.limits, progress);
+    conclude(options, report, stages);
   } else {
     FloatReport report = start_float(options, judged.input, "verify");
     report.goal.waterline_mm = waterline(options, judged, progress);
@@ -405,6 +443,7 @@ void run_inspect(const Options& options, Stages& stages, const Progress& progres
   else if (!options.quiet)
     std::cout << summary(input.summary, options.density_g_cm3, area_mm2, mass ? &*mass : nullptr);
   refuse_unusable(input);
+  write_inertial(options, *mass);
 }
 
 /// Finds out before the work that an output cannot be written.
@@ -426,7 +465,7 @@ void run(const Options& options, const std::function<bool()>& cancelled) {
   std::optional<tbb::global_control> limit;
   if (options.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(options.threads));
   require_folder(options.output);
-  require_folder(options.report);
+  for (const auto& text : {options.report, options.urdf, options.mjcf}) require_folder(text);
   Stages stages(options);
   Progress progress;
   progress.stage = [&stages](std::string_view name) { stages.begin(name); };
@@ -440,6 +479,9 @@ void run(const Options& options, const std::function<bool()>& cancelled) {
       break;
     case Command::stand:
       run_stand(options, stages, progress);
+      break;
+    case Command::target:
+      run_target(options, stages, progress);
       break;
     case Command::verify:
       run_verify(options, stages, progress);

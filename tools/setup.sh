@@ -3,6 +3,7 @@
 #
 #   tools/setup.sh run     what building and running the rayrep command needs
 #   tools/setup.sh test    the same, and what the tests and the format check need (default)
+#   tools/setup.sh bench   what building and running the benchmarks needs
 set -eu
 
 build_packages="g++ cmake ninja-build pkg-config ccache"
@@ -14,9 +15,10 @@ say() { echo "setup: $*" >&2; }
 
 case "${1-test}" in
   run) wanted="$build_packages $library_packages" ;;
+  bench) wanted="$build_packages $library_packages libbenchmark-dev" ;;
   test) wanted="$build_packages $library_packages $test_packages" ;;
-  -h | --help) sed -n '2,5s/^# \{0,1\}//p' "$0"; exit 0 ;;
-  *) say "unknown argument '$1': give 'run' or 'test'"; exit 2 ;;
+  -h | --help) sed -n '2,6s/^# \{0,1\}//p' "$0"; exit 0 ;;
+  *) say "unknown argument '$1': give 'run', 'test' or 'bench'"; exit 2 ;;
 esac
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then

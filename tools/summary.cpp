@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <numbers>
 
+#include "options.h"
+
 namespace rayrep::tool {
 namespace {
 
@@ -122,22 +124,15 @@ std::string option_value(const RunReport& report, const std::string& name) {
   return {};
 }
 
-/// As one word for a shell.
-std::string quoted(const std::string& word) {
-  const auto plain = [](unsigned char c) { return std::isalnum(c) || c == '.' || c == '/' || c == '_' || c == '-'; };
-  if (std::all_of(word.begin(), word.end(), plain)) return word;
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
-}
-
 /// The command line that judges what a spin run wrote as that run did.
 std::string verify_command(const SpinReport& report) {
   const SpinGoalSpec& goal = report.goal;
   const Eigen::Vector3d& p = goal.contact_mm;
-  std::string text = "rayrep verify " + quoted(report.output) + " --goal " + (goal.yoyo ? "yoyo" : "spin") + " --up " +
-                     option_value(report, "up") +
-                     format(" %s %.9g,%.9g,%.9g", goal.yoyo ? "--center" : "--point", p.x(), p.y(), p.z());
+  const Eigen::Vector3d& up = goal.axis;
+  std::string text =
+      "rayrep verify " + quoted(report.output) + " --goal " + (goal.yoyo ? "yoyo" : "spin") + " --up " +
+      (option_value(report, "axis") == "auto" ? format("%.9g,%.9g,%.9g", up.x(), up.y(), up.z()) : option_value(report, "up")) +
+      format(" %s %.9g,%.9g,%.9g", goal.yoyo ? "--center" : "--point", p.x(), p.y(), p.z());
   if (goal.prefer != AxisClass::largest) text += std::string(" --prefer ") + class_text(goal.prefer);
   text += format(" --density %.9g --wall %.9g", goal.density_g_cm3, goal.wall_mm);
   // --unit would scale the output, too, which is in mm; a --size fits both, whatever the unit.
@@ -179,6 +174,8 @@ std::string summary(const SpinReport& report, bool verbose) {
   const SpinState& before = report.before;
   const SpinState& after = report.after.state;
   const Eigen::Vector3d& p = report.goal.contact_mm;
+  const Eigen::Vector3d& up = report.goal.axis;
+  if (option_value(report, "axis") == "auto") text += format("axis along (%.5f, %.5f, %.5f), ", up.x(), up.y(), up.z());
   text += format("%s at (%.3f, %.3f, %.3f) mm, material %g g/cm3, wall %g mm\n\n", report.goal.yoyo ? "centre" : "contact", p.x(),
                  p.y(), p.z(), report.goal.density_g_cm3, report.goal.wall_mm);
   Table table(report.hollowed);
@@ -190,9 +187,22 @@ std::string summary(const SpinReport& report, bool verbose) {
   table.row("Izz over the smaller lateral moment", 4, before.ratio_smaller, after.ratio_smaller);
   table.row("the axis is that of the ... moment", class_text(before.axis_class), class_text(after.axis_class));
   text += table.text();
-  text += format("  stable speeds%s, rpm: %s%s\n\n", report.hollowed ? " after" : "", speeds(after.sliding).c_str(),
-                 report.goal.yoyo ? "" : (" (sliding tip); " + speeds(after.fixed) + " (fixed tip)").c_str());
+  const auto stable = [&](const SpinState& state) {
+    return speeds(state.sliding) + (report.goal.yoyo ? "" : " (sliding tip); " + speeds(state.fixed) + " (fixed tip)");
+  };
+  if (report.hollowed) {
+    // Off its principal axis a body wobbles at any speed.
+    const bool balanced = report.limits.axis_angle_rad >= before.axis_angle_rad;
+    text += "  stable speeds before, rpm: " + (balanced ? stable(before) : "none, it is not balanced about this axis") + "\n";
+  }
+  text += format("  stable speeds%s, rpm: ", report.hollowed ? " after" : "") + stable(after) + "\n\n";
   text += closing(report, report.after, report.hollowed ? &report.result.hollow : nullptr, verbose);
+  if (report.hollowed && report.result.certificate) {
+    const SpinCertificate& certificate = *report.result.certificate;
+    text += format(
+        "no interior on these rays does better than %.6f, this one %.6f: within %.0e of the global optimum (proven, %d heights)\n",
+        certificate.lower_bound, certificate.best.objective, std::max(certificate.gap, 1e-9), certificate.nodes);
+  }
   if (verbose && !report.output.empty()) text += "\nto judge it again: " + verify_command(report) + "\n";
   return text;
 }
@@ -219,6 +229,32 @@ std::string summary(const StandReport& report, bool verbose) {
       table.row(format("  over edge %zu", n + 1).c_str(), 3, degrees(before.tipping_angles_rad[n]),
                 degrees(after.tipping_angles_rad[n]));
   return text + table.text() + "\n" + closing(report, report.after, report.hollowed ? &report.result.hollow : nullptr, verbose);
+}
+
+std::string summary(const TargetReport& report, bool verbose) {
+  std::string text = input_text(report.input);
+  text += format("wanted: %zu of the ten numbers, material %g g/cm3, wall %g mm\n\n", report.after.state.deviations.size(),
+                 report.goal.density_g_cm3, report.goal.wall_mm);
+  const MassProperties& before = report.before.body;
+  const MassProperties& after = report.after.state.body;
+  Table table(report.hollowed);
+  for (int k = M1; k <= MXZ; ++k) {
+    const auto number = static_cast<MomentIndex>(k);
+    const auto& wanted = report.goal.wanted[static_cast<std::size_t>(k)];
+    std::string name = inertial_name(number);
+    name += k == M1 ? ", g" : k <= MZ ? ", mm" : ", g mm2";
+    if (wanted) name += format(" (wanted %.8g)", *wanted);
+    table.row(name.c_str(), format("%.8g", inertial_number(before, number)), format("%.8g", inertial_number(after, number)));
+  }
+  text += table.text() + "\n" + closing(report, report.after, report.hollowed ? &report.result.hollow : nullptr, verbose);
+  const TargetResult& result = report.result;
+  if (report.hollowed && result.first)
+    text += format("the %s %s that these rays allow with these numbers is %.8g (proven by duality); here it is %.8g\n",
+                   result.first->largest ? "largest" : "smallest", inertial_name(result.first->number), result.first_bound,
+                   result.first_found);
+  if (report.hollowed && result.wall_mm > report.goal.wall_mm)
+    text += format("all ten numbers were given: they allow a wall of %.4f mm, and that is what the cavity has\n", result.wall_mm);
+  return text;
 }
 
 std::string summary(const InputSummary& input, double density_g_cm3, double area_mm2, const MassProperties* mass) {

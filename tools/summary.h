@@ -11,6 +11,7 @@ namespace rayrep::tool {
 std::string summary(const FloatReport& report, bool verbose);
 std::string summary(const SpinReport& report, bool verbose);
 std::string summary(const StandReport& report, bool verbose);
+std::string summary(const TargetReport& report, bool verbose);
 
 /// The summary of an inspection. `mass` is null for a mesh that cannot be used.
 std::string summary(const InputSummary& input, double density_g_cm3, double area_mm2, const MassProperties* mass);

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <vector>
 
 #include "rayrep/block_field.h"
 #include "rayrep/mesh.h"
@@ -34,5 +36,14 @@ struct CavityMesh {
 /// @param field  wall - distance, see InnerDomain
 /// @param q      switching function: material is where q.phi < 0
 CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Moments& q, const CavityOptions& options);
+
+/// Moves the vertices of a cavity that was made for a slightly different q onto the surfaces of this one: what lies on the offset
+/// surface stays, the rest follows the quadric. Much cheaper than meshing anew.
+/// @returns false, and leaves the mesh as it is, when a vertex would have to move by more than half a cell
+bool follow_quadric(CavityMesh& cavity, const BlockField& field, const SurfaceQuery& surface, const Moments& q,
+                    const CavityOptions& options);
+
+/// Triangles of a mesh that meet another one beyond a shared vertex or edge, ascending.
+std::vector<std::size_t> crossing_triangles(const Mesh& mesh);
 
 }  // namespace rayrep

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
+#include "rayrep/inertial.h"
 #include "rayrep/moments.h"
 
 namespace rayrep {
@@ -24,6 +26,26 @@ public:
   virtual Eigen::Matrix<double, Eigen::Dynamic, 10> constraint_jacobian(const Moments& s) const = 0;
   /// Hessian of mu.c(s); zero, as for linear constraints, unless overridden.
   virtual Eigen::Matrix<double, 10, 10> constraint_hessian(const Moments& s, const Eigen::VectorXd& mu) const;
+};
+
+/// A goal for the moments T s: with T = moment_map(motion), for the body after a rigid motion.
+class MappedGoal final : public Goal {
+public:
+  /// Keeps a reference to `goal`.
+  MappedGoal(const Goal& goal, const Eigen::Matrix<double, 10, 10>& T) : goal_(goal), T_(T) {}
+
+  int constraints() const override { return goal_.constraints(); }
+  bool affine() const override { return goal_.affine(); }
+  double objective(const Moments& s) const override;
+  Moments gradient(const Moments& s) const override;
+  Eigen::Matrix<double, 10, 10> hessian(const Moments& s) const override;
+  Eigen::VectorXd constraint_values(const Moments& s) const override;
+  Eigen::Matrix<double, Eigen::Dynamic, 10> constraint_jacobian(const Moments& s) const override;
+  Eigen::Matrix<double, 10, 10> constraint_hessian(const Moments& s, const Eigen::VectorXd& mu) const override;
+
+private:
+  const Goal& goal_;
+  Eigen::Matrix<double, 10, 10> T_;
 };
 
 /// Float upright (ray-reps paper, Eq. 3-6): the lowest centre of mass such that the body weighs what it displaces and its centre of
@@ -110,6 +132,68 @@ private:
   Eigen::Vector2d target_;
   double volume_;
   double length_;
+};
+
+/// Have given numbers of a rigid body, and make others as small as they go, in a stated order. In a frame whose origin has the
+/// wanted coordinates of the centre of mass, with a_x, a_y, a_z the directions of the mesh's axes, M the matrix of second moments
+/// of s and density rho, all of it is linear:
+///
+///     minimise   f_0 + w f_1 + w^2 f_2   subject to, as far as wanted
+///     s_1 rho / m = 1,   a_k.(s_x, s_y, s_z) / (V L) = 0,
+///     rho (tr M - a_k.M a_k) / I_kk = 1,   (-rho a_j.M a_k - I_jk) / (rho V L^2) = 0
+///
+/// f_0, f_1, f_2 are the first three of the order that what is given does not fix already: mass s_1 / V, static moments over V L,
+/// moments of inertia about the origin over V L^2. The weights w keep the end of every ray a continuous function of the
+/// multipliers: of the mass alone, or with a centre of mass in x and y, the switching function would not depend on z and whole rays
+/// would switch at once.
+class TargetGoal final : public Goal {
+public:
+  /// One of the ten numbers, see InertialTargets.
+  struct Wish {
+    MomentIndex number = M1;
+    bool largest = false;  ///< as large as it goes, else as small
+  };
+  struct Setup {
+    InertialTargets wanted;
+    double density_g_cm3 = 1.24;
+    /// Completed by: mass, height, the sum of the moments of inertia, and then each of the ten.
+    std::vector<Wish> order;
+    double weight = 1e-2;                                ///< w
+    Eigen::Vector3d up = Eigen::Vector3d::UnitZ();       ///< the direction of "height", a unit vector
+    Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< columns a_x, a_y, a_z: unit, orthogonal, right-handed
+    double volume_mm3 = 1;                               ///< V and
+    double length_mm = 1;                                ///< L, which only scale
+  };
+
+  /// Inertia is that about the centre of mass only if the coordinates of the centre that it depends on are given: y and z for Ixx,
+  /// x or y for Ixy, and so on (not checked).
+  /// Nothing to minimise is left when all ten are given: the objective is then constant, see `determined`.
+  explicit TargetGoal(const Setup& setup);
+
+  /// Everything in the order is fixed by what is given.
+  bool determined() const { return chosen_.empty(); }
+  /// What of the order is minimised first; none: the height, or where that is given the sum of the moments of inertia.
+  const std::optional<Wish>& first() const { return chosen_.front().wish; }
+  /// f_0 as a function of s, alone.
+  const Moments& first_gradient() const { return chosen_.front().gradient; }
+
+  int constraints() const override { return static_cast<int>(jacobian_.rows()); }
+  bool affine() const override { return true; }
+  double objective(const Moments& s) const override { return gradient_.dot(s); }
+  Moments gradient(const Moments&) const override { return gradient_; }
+  Eigen::Matrix<double, 10, 10> hessian(const Moments&) const override { return Eigen::Matrix<double, 10, 10>::Zero(); }
+  Eigen::VectorXd constraint_values(const Moments& s) const override { return jacobian_ * s + offset_; }
+  Eigen::Matrix<double, Eigen::Dynamic, 10> constraint_jacobian(const Moments&) const override { return jacobian_; }
+
+private:
+  struct Chosen {
+    std::optional<Wish> wish;
+    Moments gradient;
+  };
+  std::vector<Chosen> chosen_;
+  Moments gradient_ = Moments::Zero();
+  Eigen::Matrix<double, Eigen::Dynamic, 10> jacobian_;
+  Eigen::VectorXd offset_;
 };
 
 }  // namespace rayrep

@@ -7,11 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "rayrep/certify.h"
 #include "rayrep/goals.h"
 #include "rayrep/hydrostatics.h"
+#include "rayrep/inertial.h"
 #include "rayrep/inner_domain.h"
 #include "rayrep/mesh.h"
 #include "rayrep/progress.h"
+#include "rayrep/quadric.h"
 #include "rayrep/ray_interior.h"
 #include "rayrep/solve.h"
 
@@ -77,12 +80,13 @@ struct FloatResult {
 /// A result is not yet a success: that is for verify_float to say.
 FloatResult hollow_float(const Mesh& solid, const FloatOptions& options, const Progress& progress = {});
 
-/// Which line a body shall spin about. Always along `HollowOptions::up`.
+/// Which line a body shall spin about. Along `HollowOptions::up`, unless that is searched too: `SpinOptions::max_tilt_rad`.
 struct SpinAxis {
   enum class Through {
     lowest_point,    ///< the lowest point of the mesh: the middle of all points at that height
     centre_of_mass,  ///< of the solid; contact where the axis leaves the mesh below
-    point            ///< `point_mm`
+    point,           ///< `point_mm`
+    best             ///< searched: where a top spins best; contact where the axis leaves the mesh below
   };
   Through through = Through::lowest_point;
   /// In the frame of the mesh that was given: the contact point of a top, or any point of the axis with `leaves_below`.
@@ -108,12 +112,18 @@ struct SpinOptions {
   SpinGoal::Weights weights;
   SegmentBounds bounds = SegmentBounds::complete;
   double start_fill = 1;  ///< where Ipopt starts: 1 all solid, 0 all void
+  /// The axis is searched within this angle of HollowOptions::up; 0: it is not. With SpinAxis::Through::best, at the same time as
+  /// the contact point.
+  double max_tilt_rad = 0;
+  bool certify = false;  ///< search for the global optimum, with proof; for a largest axis and gamma_c = 0 only
 };
 
 struct SpinResult {
   HollowResult hollow;
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();         ///< the spin axis, a unit vector
   Eigen::Vector3d contact_mm = Eigen::Vector3d::Zero();  ///< contact point of a top, centre of a yo-yo; in the frame given
   double objective = 0;                                  ///< SpinGoal::objective of the solver's body, last pass
+  std::optional<SpinCertificate> certificate;            ///< of the first pass
 };
 
 /// Computes the inside of a body so that it spins stably about an axis as a top (ray-reps paper, Eq. 7-10; Spin-It, Eq. 3) or as a
@@ -145,6 +155,44 @@ struct StandResult {
 /// @throws as hollow_float; Error{goal} for a body that touches the ground in a point or an edge only, and when the target is out
 /// of reach, with the nearest that can be reached
 StandResult hollow_stand(const Mesh& solid, const StandOptions& options, const Progress& progress = {});
+
+struct TargetOptions {
+  HollowOptions hollow;  ///< Solver::quadric only
+  InertialTargets wanted;
+  /// What is minimised first, second, ... while the wanted numbers are met; then as TargetGoal says. A coordinate of the centre of
+  /// mass needs the mass wanted; a moment or product of inertia needs the coordinates that it depends on, as if it were wanted.
+  std::vector<TargetGoal::Wish> order;
+};
+
+struct TargetResult {
+  HollowResult hollow;  ///< its working frame has the wanted centre of mass, as far as given, at the origin and z along the rays:
+                        ///< up, or an axis across it that meets the cavity's surface more squarely
+  Eigen::Vector3d origin_mm = Eigen::Vector3d::Zero();  ///< of the working frame, in the frame given
+  /// What was minimised first; none: not one of the ten numbers, or all of them were wanted.
+  std::optional<TargetGoal::Wish> first;
+  double first_found = 0;  ///< of the solver's body, last pass; unit of InertialTargets
+  double first_bound = 0;  ///< proven: no interior on these rays with the wanted numbers has less (more, if largest)
+  double wall_mm = 0;      ///< of the cavity: thicker than asked for when all ten numbers were wanted
+};
+
+/// Computes the inside of a body with any of its ten numbers given: mass, centre of mass, inertia. What is free is minimised in the
+/// stated order. With all ten given nothing is: then the wall is made as thick as they allow, which singles out one
+/// body, and the numbers are met to 3e-4 instead of HollowOptions::as_built_tolerance.
+/// @throws as hollow_float; Error{usage} for numbers that no body has, and for inertia without the coordinates of the centre of
+///         mass it depends on, which would not be linear; Error{goal} when the numbers cannot be met, with the nearest that can,
+///         and what would help
+TargetResult hollow_target(const Mesh& solid, const TargetOptions& options, const Progress& progress = {});
+
+/// A goal with its solution.
+struct TargetSolution {
+  TargetGoal goal;
+  QuadricSolution solution;  ///< neither converged nor infeasible: no weight worked
+};
+
+/// Solves with a TargetGoal of the smallest weight with which Newton's method converges: 1e-2, or larger in steps of about three,
+/// with height or moments of inertia as the second objective. What that costs of the first, TargetResult::first_bound tells.
+/// @param setup  whose weight is not used; not determined, see TargetGoal
+TargetSolution solve_target(const TargetGoal::Setup& setup, const RayIntegrals& rays, const Moments& constant);
 
 /// The rigid motion that turns `up` to +z, puts the lowest point to z = 0 and centres the box in x and y. Exact (entries 0 and
 /// +-1) for directions along the axes.

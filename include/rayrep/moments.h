@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "rayrep/mesh.h"
 
@@ -24,6 +25,10 @@ Moments mesh_moments(const Mesh& mesh);
 
 /// Moments about the origin of the body moved by t: phi(p + t) integrated. theory.md (4).
 Moments translated(const Moments& s, const Eigen::Vector3d& t);
+
+/// The linear map of a body's moments to those of the body moved by p -> R p + t. theory.md (4).
+/// @param motion  rigid (not checked)
+Eigen::Matrix<double, 10, 10> moment_map(const Eigen::Affine3d& motion);
 
 /// Mass, centre of mass and inertia of a body from its moments.
 struct MassProperties {

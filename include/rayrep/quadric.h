@@ -51,7 +51,7 @@ double separation_margin(const Goal& goal, const Eigen::VectorXd& y, const RayIn
 
 /// The interior that comes nearest to meeting affine constraints.
 struct NearestSolution {
-  bool converged = false;   ///< to 1e-9 of the distance, or found to be attainable
+  bool converged = false;   ///< the bound is the distance to 1e-9 of it, or attainable
   bool attainable = false;  ///< the distance is below the tolerance
   int evaluations = 0;
   Moments moments = Moments::Zero();  ///< of the whole body
@@ -59,8 +59,9 @@ struct NearestSolution {
   double lower_bound = 0;             ///< proven: no interior on these rays comes nearer
 };
 
-/// Minimises |c(s)| over all interiors on the rays by Newton's method on the concave dual g(y) = min over interiors of y.c(s) -
-/// |y|^2 / 2, whose inner minimum is material where (J^T y).phi < 0. theory.md (28)
+/// Minimises |c(s)| over all interiors on the rays by Wolfe's method for the point of least norm of a convex set: the interior with
+/// material where (J^T c).phi < 0 is the one farthest down along c, and the nearest mixture of a few such is found exactly. The
+/// interior may be of fractional density where (J^T c).phi does not depend on z. theory.md (28)
 /// @param tolerance  distances below it count as attainable
 NearestSolution nearest_attainable(const Goal& goal, const RayIntegrals& rays, const Moments& constant, double tolerance);
 

@@ -35,6 +35,9 @@ struct RayRep {
 
   /// Volume by quadrature: sum of lengths times the cell area, mm^3.
   double volume_mm3() const;
+
+  /// Every `step`-th ray in both directions: the same solid on a coarser grid.
+  RayRep thinned(int step) const;
 };
 
 }  // namespace rayrep

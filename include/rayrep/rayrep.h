@@ -11,10 +11,12 @@
 
 #include "rayrep/block_field.h"      // sparse samples of a field
 #include "rayrep/cavity.h"           // solution -> mesh of the cavity
+#include "rayrep/certify.h"          // the global optimum of a spin, with proof
 #include "rayrep/error.h"            // what can go wrong, and exit codes
 #include "rayrep/goals.h"            // moments -> objective and constraints
 #include "rayrep/hollow.h"           // all of it
 #include "rayrep/hydrostatics.h"     // displacement, buoyancy, metacentre, where it comes to rest
+#include "rayrep/inertial.h"         // the ten numbers of a rigid body, as URDF and MJCF
 #include "rayrep/inner_domain.h"     // everything at least a wall away from the surface
 #include "rayrep/interior.h"         // design variables -> moments
 #include "rayrep/level_set.h"        // field -> mesh (OpenVDB)

@@ -26,7 +26,7 @@ struct InputSummary {
 
 /// What every run of a command tells, for `--report` and the terminal.
 struct RunReport {
-  std::string command;  ///< "float", "spin", "stand" or "verify"
+  std::string command;  ///< "float", "spin", "stand", "target" or "verify"
   InputSummary input;
   std::string output;                                        ///< path; empty when nothing was written
   std::vector<std::pair<std::string, std::string>> options;  ///< as they were in force, by name
@@ -60,11 +60,20 @@ struct StandReport : RunReport {
   StandResult result;
 };
 
+struct TargetReport : RunReport {
+  TargetGoalSpec goal;
+  TargetLimits limits;
+  TargetState before;   ///< the solid; of a verify run: the same as after
+  TargetVerdict after;  ///< judged from the file re-read from disk
+  TargetResult result;
+};
+
 /// JSON text, schema version 1: numbers with all their digits, lengths in mm, masses in g, angles in rad; infinite and undefined
 /// numbers are null.
 std::string to_json(const FloatReport& report);
 std::string to_json(const SpinReport& report);
 std::string to_json(const StandReport& report);
+std::string to_json(const TargetReport& report);
 
 /// JSON text of `rayrep inspect`. `mass` is null for a mesh that is not usable.
 std::string to_json(const InputSummary& input, double density_g_cm3, double area_mm2, const MassProperties* mass);

@@ -51,8 +51,9 @@ public:
   /// The same by testing every triangle: exact candidates, cost proportional to their number.
   void line_hits_brute_force(const Eigen::Vector2d& xy, std::vector<LineHit>& hits) const;
 
-  /// Unordered pairs (i < j) of triangles whose bounding boxes overlap, each once, sorted.
-  std::vector<std::pair<int, int>> overlapping_boxes() const;
+  /// Unordered pairs (i < j) of triangles that may meet elsewhere than in shared vertices, each once, sorted: their bounding boxes
+  /// overlap, and neither lies to one side of the other's plane by more than 1e-9 of the mesh's diagonal.
+  std::vector<std::pair<int, int>> close_pairs() const;
 
 private:
   struct Impl;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "rayrep/hydrostatics.h"
+#include "rayrep/inertial.h"
 #include "rayrep/mesh.h"
 #include "rayrep/moments.h"
 #include "rayrep/progress.h"
@@ -181,5 +182,37 @@ StandVerdict verify_stand(const Mesh& delivered, const Mesh* original, const Sta
 
 /// The state of a body as it stands, for the "before" column.
 StandState stand_state_of(const Mesh& mesh, const StandGoalSpec& goal, const Progress& progress = {});
+
+/// A body with given mass, centre of mass and inertia.
+struct TargetGoalSpec {
+  InertialTargets wanted;  ///< in the mesh's own frame
+  double density_g_cm3 = 1.24;
+  double wall_mm = 1.2;  ///< 0: the wall is not judged
+};
+
+struct TargetLimits {
+  double relative = 1e-3;    ///< deviation of every wanted number, see InertialDeviation
+  double wall_ratio = 0.98;  ///< smallest wall over TargetGoalSpec::wall_mm
+};
+
+/// The ten numbers of a body, and those wanted beside them.
+struct TargetState {
+  MassProperties body;
+  std::vector<InertialDeviation> deviations;  ///< of every wanted number; lengths relative to the diagonal of the bounding box
+};
+
+struct TargetVerdict : Verdict {
+  TargetState state;
+};
+
+/// Judges a delivered mesh, as verify_float does, by its mass, centre of mass and inertia. Criteria, in this order: closed,
+/// outer_unchanged, no_islands and wall as there, then one for every wanted number, named by inertial_name: its deviation, relative
+/// as InertialDeviation says.
+/// @throws Error{usage} for a goal that makes no sense; otherwise as verify_float
+TargetVerdict verify_target(const Mesh& delivered, const Mesh* original, const TargetGoalSpec& goal,
+                            const TargetLimits& limits = {}, const Progress& progress = {});
+
+/// The state of a body, for the "before" column.
+TargetState target_state_of(const Mesh& mesh, const TargetGoalSpec& goal, const Progress& progress = {});
 
 }  // namespace rayrep

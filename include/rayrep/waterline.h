@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "rayrep/hydrostatics.h"
 #include "rayrep/mesh.h"
@@ -52,12 +53,18 @@ std::optional<double> best_waterline(const FloatProblem& problem, const Progress
 double smallest_offset_mm(const RayRep& inner, const Moments& shell, std::optional<double> material_mm3,
                           const Eigen::Vector2d& target_mm);
 
-/// Why a waterline cannot be met, with the numbers and what would make it possible, for a user to read.
+/// Why a goal cannot be met, for a user to read, and what would make it possible, as for Error::remedies.
+struct Explanation {
+  std::string text;
+  std::vector<std::string> remedies;
+};
+
+/// Why a waterline cannot be met, with the numbers.
 /// @param surface  of the body in the working frame, for trying other walls
-std::string explain_unattainable(const FloatProblem& problem, const WaterlineState& state, const SurfaceQuery& surface,
+Explanation explain_unattainable(const FloatProblem& problem, const WaterlineState& state, const SurfaceQuery& surface,
                                  const Progress& progress = {});
 
 /// Why no waterline at all can be met.
-std::string explain_no_waterline(const FloatProblem& problem, const SurfaceQuery& surface, const Progress& progress = {});
+Explanation explain_no_waterline(const FloatProblem& problem, const SurfaceQuery& surface, const Progress& progress = {});
 
 }  // namespace rayrep

@@ -1,0 +1,480 @@
+#include "tables.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+#include <stdexcept>
+
+#include "problem.h"
+#include "rayrep/certify.h"
+#include "rayrep/error.h"
+#include "rayrep/nlp.h"
+#include "rayrep/ray_interior.h"
+#include "rayrep/solve_octree.h"
+#include "rayrep/voxel_interior.h"
+#include "whole_run.h"
+
+namespace rayrep::bench {
+namespace {
+
+const char* const kTop = "lowest";
+const char* const kThroughCentre = "com";
+
+SpinAxis axis_of(const std::string& point) {
+  SpinAxis axis;
+  if (point == kThroughCentre) axis.through = SpinAxis::Through::centre_of_mass;
+  return axis;
+}
+
+/// A thicker wall needs a coarser grid for the cavity: most of the time at small resolutions.
+constexpr double kQuickWall_mm = 2;
+
+HollowOptions at(int resolution, const TableOptions& table) {
+  HollowOptions options;
+  options.resolution = resolution;
+  if (table.quick) options.wall_mm = kQuickWall_mm;
+  return options;
+}
+
+// Where Ipopt's barrier stops, see tuned(): the objective may be off by 0.5 % in the papers' tables, by 1e-5 in the table of
+// shapes.
+constexpr double kBarrierForSpeed = 1e-4;
+constexpr double kBarrierForQuality = 1e-5;
+
+Limits limits_of(const TableOptions& options) {
+  Limits limits;
+  limits.cap_s = options.cap_s;
+  return limits;
+}
+
+/// Collects the records of one table.
+class Collector {
+public:
+  Collector(std::string table, const TableOptions& options) : table_(std::move(table)), options_(options) {}
+
+  Record& add(Record record) {
+    record.table = table_;
+    records_.push_back(std::move(record));
+    if (options_.each) options_.each(records_.back());
+    return records_.back();
+  }
+  std::vector<Record> take() { return std::move(records_); }
+
+private:
+  std::string table_;
+  const TableOptions& options_;
+  std::vector<Record> records_;
+};
+
+/// Measures methods at growing resolutions; one that met the time cap or the limit on variables is not tried on larger problems.
+class Series {
+public:
+  Series(Collector& collector, const Limits& limits) : collector_(collector), limits_(limits) {}
+
+  void measure_next(const Problem& problem, const std::vector<Method>& methods) {
+    const InteriorSolver::Setup setup = tuned(problem, kBarrierForSpeed);
+    for (const Method method : methods) {
+      if (!given_up_.contains(method)) {
+        const Record& r = collector_.add(measure(problem, method, limits_, &setup));
+        if (r.status == "capped" || r.status == "skipped") given_up_.insert(method);
+        continue;
+      }
+      Record skipped;
+      skipped.mesh = problem.mesh;
+      skipped.goal = problem.goal_name;
+      skipped.solver = name(method);
+      skipped.resolution = problem.resolution;
+      skipped.intervals = static_cast<long long>(problem.body->inner.rays.intervals.size());
+      skipped.status = "skipped";
+      skipped.note = "a coarser one was already too large";
+      collector_.add(skipped);
+    }
+  }
+
+private:
+  Collector& collector_;
+  Limits limits_;
+  std::set<Method> given_up_;
+};
+
+std::vector<Record> table1(const TableOptions& options) {
+  Collector collector("table1", options);
+  for (const PaperRow& row : paper_table1()) {
+    const bool spin = std::string(row.goal) == "spin";
+    std::vector<Shape> shapes;
+    for (const std::string& file : row.stand_ins) shapes.push_back({options.examples / file});
+    if (!options.meshes.empty() && std::string(row.model) == "Duck") shapes.push_back({options.meshes / "duck.obj"});
+    if (!options.meshes.empty() && std::string(row.model) == "Kitten")
+      shapes.push_back({options.meshes / "cat.obj", Eigen::Vector3d::UnitY(), 80});
+    for (const Shape& shape : shapes) {
+      const HollowOptions hollow = at(options.quick ? row.longest / 4 : row.longest, options);
+      try {
+        const Problem problem = spin ? spin_problem(shape, hollow, axis_of(kTop)) : float_problem(shape, hollow);
+        Series series(collector, limits_of(options));
+        series.measure_next(problem, spin ? std::vector{Method::rays_paper, Method::rays, Method::quadric}
+                                          : std::vector{Method::rays_paper, Method::quadric});
+      } catch (const Error& error) {
+        Record refused;
+        refused.mesh = shape.path.filename();
+        refused.goal = row.goal;
+        refused.solver = name(Method::rays_paper);
+        refused.resolution = hollow.resolution;
+        refused.status = "refused";
+        refused.note = error.what();
+        collector.add(refused);
+      }
+    }
+  }
+  return collector.take();
+}
+
+std::vector<Record> table2(const TableOptions& options) {
+  Collector collector("table2", options);
+  std::set<std::pair<int, std::string>> wanted;
+  for (const PaperRow& row : paper_table2())
+    for (const std::string& file : row.stand_ins) wanted.insert({row.longest, file});
+  for (const int n : {100, 160, 250, 400, 630, 1000})
+    for (const char* stand_in : {"tilted_ellipsoid.stl", "bird.stl"}) wanted.insert({n, stand_in});
+  if (options.quick) wanted = {{20, "bird.stl"}, {20, "tilted_ellipsoid.stl"}, {26, "bird.stl"}, {26, "tilted_ellipsoid.stl"}};
+  std::map<std::string, Series> series;
+  for (const auto& [n, stand_in] : wanted)
+    series.try_emplace(stand_in, collector, limits_of(options))
+        .first->second.measure_next(spin_problem({options.examples / stand_in}, at(n, options), axis_of(kTop)),
+                                    {Method::quadric, Method::rays_paper, Method::rays, Method::octree, Method::voxels});
+  return collector.take();
+}
+
+Record blank(const Problem& problem, const std::string& solver) {
+  Record r;
+  r.mesh = problem.mesh;
+  r.goal = problem.goal_name;
+  r.solver = solver;
+  r.resolution = problem.resolution;
+  r.intervals = static_cast<long long>(problem.body->inner.rays.intervals.size());
+  return r;
+}
+
+/// One problem, each method with its own knob from coarse to fine: what accuracy costs.
+std::vector<Record> trace(const TableOptions& options) {
+  Collector collector("trace", options);
+  const Problem p = spin_problem({options.examples / "tilted_ellipsoid.stl"}, at(options.quick ? 24 : 64, options), axis_of(kTop));
+  const detail::Body& body = *p.body;
+  const Limits limits = limits_of(options);
+  const InteriorSolver::Setup fine = tuned(p, 1e-7);
+
+  collector.add(measure(p, Method::quadric, limits));
+  for (const double target : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7}) {
+    const InteriorSolver::Setup setup = tuned(p, target);
+    Record r = measure(p, Method::rays, limits, &setup);
+    r.solver += ", barrier " + significant(target, 1);
+    collector.add(std::move(r));
+  }
+  for (const int k : {8, 6, 4, 3, 2, 1}) {
+    Record r = blank(p, name(Method::voxels) + ", " + std::to_string(k) + " spacings wide");
+    SolveReport report;
+    Moments model = Moments::Zero();
+    Moments q = Moments::Zero();
+    repeat(limits, r, [&] {
+      const VoxelInterior interior(body.inner.rays, k);
+      const InteriorNlp nlp(*p.goal, interior, body.shell, fine.scale, fine.start_fill);
+      report = solve_ipopt(nlp, fine.options);
+      r.variables = interior.variables();
+      if (report.status == SolveStatus::converged) {
+        model = nlp.body(report.x);
+        q = nlp.switching(report.multipliers);
+      }
+    });
+    r.iterations = report.iterations;
+    r.status = report.status == SolveStatus::converged ? "converged" : report.solver_status;
+    if (r.converged()) judge(p, model, q, r);
+    collector.add(std::move(r));
+  }
+  for (const int rounds : {1, 2, 3, 4, 6, 8}) {
+    Record r = blank(p, name(Method::octree) + ", " + std::to_string(rounds) + (rounds == 1 ? " round" : " rounds"));
+    OctreeOptions octree;
+    octree.max_rounds = rounds;
+    octree.start_fill = fine.start_fill;
+    octree.solve = fine.options;
+    OctreeReport report;
+    repeat(limits, r, [&] { report = solve_octree(*p.goal, body.inner.rays, body.shell, p.setup.scale, octree); });
+    r.iterations = report.iterations;
+    r.variables = report.solve.variables;
+    // Stopped at the number of rounds asked for is what is measured here.
+    const bool stopped = report.solve.status == SolveStatus::iteration_limit && report.solve.solver_status == "Solve_Succeeded";
+    r.status = stopped || report.solve.status == SolveStatus::converged ? "converged" : report.solve.solver_status;
+    r.more["rounds"] = report.rounds;
+    if (r.converged()) judge(p, report.body, Moments::Zero(), r);
+    const bool finished = report.solve.status == SolveStatus::converged;
+    collector.add(std::move(r));
+    if (finished) break;
+  }
+  return collector.take();
+}
+
+/// A shape and what it shall do.
+struct Task {
+  Shape shape;
+  std::string goal;
+  std::string point = kTop;  ///< of a top
+};
+
+std::string up_text(const Eigen::Vector3d& up) { return up.x() > 0.5 ? "x" : up.y() > 0.5 ? "y" : "z"; }
+
+std::vector<std::string> arguments_of(const Task& task, int resolution, const TableOptions& options) {
+  std::vector<std::string> a = {task.goal == "yo-yo" ? "spin" : task.goal,
+                                task.shape.path.string(),
+                                "--up",
+                                up_text(task.shape.up),
+                                "--resolution",
+                                std::to_string(resolution)};
+  if (task.shape.size_mm > 0) a.insert(a.end(), {"--size", significant(task.shape.size_mm, 6)});
+  if (options.quick) a.insert(a.end(), {"--wall", significant(kQuickWall_mm, 3)});
+  if (task.goal == "yo-yo") a.push_back("--yoyo");
+  if (task.goal == "spin") a.insert(a.end(), {"--point", task.point});
+  return a;
+}
+
+std::string task_name(const Task& task) {
+  std::string text = task.shape.path.filename();
+  if (up_text(task.shape.up) != "z") text += ", " + up_text(task.shape.up) + " up";
+  if (task.goal == "spin" && task.point == kThroughCentre) text += ", axis through the centre of mass";
+  return text;
+}
+
+std::vector<Task> quality_tasks(const TableOptions& options) {
+  std::vector<Task> tasks;
+  const std::filesystem::path& e = options.examples;
+  if (options.quick) return {{{e / "three_spheres.stl"}, "float"}, {{e / "tilted_ellipsoid.stl"}, "spin"}};
+  for (const char* shape : {"duck.stl", "bird.stl", "three_spheres.stl", "tilted_ellipsoid.stl", "heart.stl", "teapot.stl"})
+    for (const char* goal : {"float", "spin", "yo-yo", "stand"}) {
+      // The teapot's base lies beside its centre of mass by more than hollowing can mend.
+      const bool off = std::string(shape) == "teapot.stl" && std::string(goal) == "spin";
+      tasks.push_back({{e / shape}, goal, off ? kThroughCentre : kTop});
+    }
+  if (options.meshes.empty()) return tasks;
+  const std::filesystem::path& m = options.meshes;
+  const Eigen::Vector3d x = Eigen::Vector3d::UnitX();
+  const Eigen::Vector3d y = Eigen::Vector3d::UnitY();
+  const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
+  const std::vector<std::pair<const char*, Eigen::Vector3d>> tops = {
+      {"duck.obj", z},      {"heart_closed.stl", z}, {"heart_closed.stl", y}, {"utah_teapot_solid.stl", z},
+      {"ellipsoid.ply", x}, {"ellipsoid.ply", z},    {"skull.obj", y},        {"thingi10k_37620_cuboid.stl", x},
+      {"boat.obj", y},      {"twisted_knot.ply", z}, {"armadillo.obj", y},    {"elephant.ply", y},
+      {"cat.obj", y},       {"fandisk.obj", z},      {"penguin.obj", y},      {"spot_quadrangulated.obj", y},
+      {"nefertiti.obj", y}};
+  for (const auto& [file, up] : tops) tasks.push_back({{m / file, up, 80}, "spin", kThroughCentre});
+  for (const auto& [file, up] : {std::pair{"duck.obj", z}, {"boat.obj", y}, {"cat.obj", y}, {"penguin.obj", y}})
+    tasks.push_back({{m / file, up, 80}, "float"});
+  for (const auto& [file, up] : {std::pair{"t-rex.obj", z}, {"bunny.obj", y}}) tasks.push_back({{m / file, up, 80}, "stand"});
+  return tasks;
+}
+
+Eigen::Vector3d vector_of(const nlohmann::json& json) {
+  const auto v = json.get<std::array<double, 3>>();
+  return {v[0], v[1], v[2]};
+}
+
+Problem problem_of(const Task& task, const HollowOptions& hollow, const nlohmann::json& goal) {
+  if (task.goal == "float") return float_problem(task.shape, hollow, goal.at("waterline_mm").get<double>());
+  if (task.goal == "stand") return stand_problem(task.shape, hollow, vector_of(goal.at("target_mm")));
+  return spin_problem(task.shape, hollow, axis_of(task.point), {}, task.goal == "yo-yo");
+}
+
+/// The global optimum of a spin problem, proven on its rays.
+Record certificate(const Problem& p, bool yoyo, const Limits& limits) {
+  Record r = blank(p, kCertificate);
+  const SpinGoal::Weights weights;
+  const CertifiedSpin spin{weights.lambda, weights.gamma_i, yoyo, p.setup.scale.volume_mm3, p.setup.scale.length_mm};
+  const Eigen::AlignedBox3d box = bounding_box(p.body->working);
+  SpinCertificate found;
+  try {
+    repeat(limits, r, [&] {
+      const double begin = now_s();
+      Progress progress;
+      progress.cancelled = [&] { return now_s() - begin > limits.cap_s; };
+      found = certify_spin(spin, *p.body->integrals, p.body->shell, {box.min().z(), box.max().z()}, {}, progress);
+    });
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::interrupted) throw;
+    mark_capped(r, limits);
+    return r;
+  }
+  r.status = found.closed ? "converged" : found.infeasible ? "infeasible" : "not closed";
+  r.iterations = found.evaluations;
+  r.objective = found.best.objective;
+  r.gap = found.gap;
+  r.more["nodes"] = found.nodes;
+  return r;
+}
+
+/// Shapes x goals: each solver on the rays on the same problem, and the file that the command delivers.
+std::vector<Record> quality(const TableOptions& options) {
+  Collector collector("quality", options);
+  for (const Task& task : quality_tasks(options))
+    for (const int n : options.quick ? std::vector{30} : std::vector{100, 200}) {
+      WholeRun last;
+      Record whole = measure_whole(options.tool, arguments_of(task, n, options), 1, &last);
+      whole.mesh = task_name(task);
+      whole.goal = task.goal;
+      whole.resolution = n;
+      collector.add(whole);
+      if (last.report.is_null()) continue;
+      const Problem problem = problem_of(task, at(n, options), last.report.at("goal"));
+      // Where the goal is linear in every ray's mass, Eq. 11 of the paper leaves nothing out.
+      const bool segments = problem.setup.segments;
+      const InteriorSolver::Setup setup = tuned(problem, kBarrierForQuality);
+      for (const Method method : segments ? std::vector{Method::rays_paper, Method::rays, Method::quadric}
+                                          : std::vector{Method::rays_paper, Method::quadric}) {
+        Record r = measure(problem, method, limits_of(options), &setup);
+        r.mesh = task_name(task);
+        collector.add(std::move(r));
+      }
+      if (segments) {
+        Record r = certificate(problem, task.goal == "yo-yo", limits_of(options));
+        r.mesh = task_name(task);
+        collector.add(std::move(r));
+      }
+    }
+  return collector.take();
+}
+
+std::vector<Record> growth(const TableOptions& options) {
+  Collector collector("growth", options);
+  const auto run = [&](const Shape& shape, int n, int repeats) {
+    Record r = measure_whole(options.tool, arguments_of({shape, "float"}, n, options), repeats);
+    r.mesh = shape.path.filename();
+    r.goal = "float";
+    r.resolution = n;
+    collector.add(std::move(r));
+  };
+  for (const int n : options.quick ? std::vector{30, 60} : std::vector{100, 160, 250, 400, 630, 1000})
+    run({options.examples / "duck.stl"}, n, options.quick ? 1 : 3);
+  if (!options.meshes.empty())
+    for (const char* file : {"duck.obj", "heart_closed.stl"})
+      for (const int n : options.quick ? std::vector{30} : std::vector{100, 400, 1000}) run({options.meshes / file}, n, 3);
+  return collector.take();
+}
+
+/// Start of the range of speeds that has no end, rpm: Spin-It's Eq. 1 for a largest axis on a sliding tip.
+double least_rpm(const nlohmann::json& state, const char* tip) {
+  if (state.at("axis_class") != "largest") return kUnknown;
+  for (const auto& range : state.at(tip))
+    if (range.at("to_rpm").is_null()) return range.at("from_rpm");
+  return kUnknown;
+}
+
+void add_height(Record& r, const nlohmann::json& report) {
+  r.more["height before"] = report.at("before").at("height_mm");
+  r.more["height after"] = report.at("after").at("height_mm");
+  r.more["mass before"] = report.at("before").at("mass_g");
+  r.more["mass after"] = report.at("after").at("mass_g");
+}
+
+/// Spin-It's Fig. 9 (speeds of the teapot) and Fig. 12 (heights of centres of mass of standing shapes).
+std::vector<Record> teapot(const TableOptions& options) {
+  Collector collector("teapot", options);
+  const int n = options.quick ? 40 : 200;
+  struct Objective {
+    std::string name;
+    std::vector<std::string> arguments;
+  };
+  std::vector<Objective> objectives = {{"inertia only", {"--lambda", "0"}}};
+  for (const char* w : {"0.1", "0.3", "1", "3", "10"}) {
+    if (options.quick && std::string(w) != "1") continue;
+    objectives.push_back({std::string("lowering, lambda ") + w, {"--lambda", w}});
+  }
+  for (const char* w : {"1", "3", "10", "30", "100"}) {
+    if (options.quick && std::string(w) != "10") continue;
+    objectives.push_back({std::string("lowering and mass, gamma_c ") + w, {"--objective", "spinit", "--gamma-c", w}});
+  }
+  std::vector<Task> pots = {{{options.examples / "teapot.stl"}, "spin", kThroughCentre}};
+  if (!options.meshes.empty())
+    pots.push_back({{options.meshes / "utah_teapot_solid.stl", Eigen::Vector3d::UnitZ(), 80}, "spin", kThroughCentre});
+  for (const Task& pot : pots)
+    for (const Objective& objective : objectives) {
+      std::vector<std::string> arguments = arguments_of(pot, n, options);
+      arguments.insert(arguments.end(), objective.arguments.begin(), objective.arguments.end());
+      WholeRun last;
+      Record r = measure_whole(options.tool, arguments, 1, &last);
+      r.mesh = task_name(pot);
+      r.goal = "spin";
+      r.solver = objective.name;
+      r.resolution = n;
+      if (!last.report.is_null()) {
+        add_height(r, last.report);
+        for (const char* tip : {"stable_sliding", "stable_fixed"}) {
+          r.more[std::string(tip) + " before"] = least_rpm(last.report.at("before"), tip);
+          r.more[std::string(tip) + " after"] = least_rpm(last.report.at("after"), tip);
+        }
+      }
+      collector.add(std::move(r));
+    }
+
+  std::vector<Task> standing;
+  for (const char* file : {"duck.stl", "heart.stl", "teapot.stl"}) standing.push_back({{options.examples / file}, "stand"});
+  if (options.quick) standing.resize(1);
+  if (!options.meshes.empty()) {
+    standing.push_back({{options.meshes / "t-rex.obj", Eigen::Vector3d::UnitZ(), 80}, "stand"});
+    standing.push_back({{options.meshes / "bunny.obj", Eigen::Vector3d::UnitY(), 80}, "stand"});
+  }
+  for (const Task& task : standing) {
+    WholeRun last;
+    Record r = measure_whole(options.tool, arguments_of(task, n, options), 1, &last);
+    r.mesh = task_name(task);
+    r.goal = "stand";
+    r.resolution = n;
+    if (!last.report.is_null()) {
+      add_height(r, last.report);
+      r.more["tipping before"] = last.report.at("before").at("smallest_tipping_angle_rad");
+      r.more["tipping after"] = last.report.at("after").at("smallest_tipping_angle_rad");
+      const int up = up_text(task.shape.up) == "y" ? 1 : 2;
+      r.more["size"] = last.report.at("input").at("size_mm").at(up);
+    }
+    collector.add(std::move(r));
+  }
+  return collector.take();
+}
+
+}  // namespace
+
+const std::vector<std::string>& table_names() {
+  static const std::vector<std::string> names = {"table1", "table2", "trace", "quality", "growth", "teapot"};
+  return names;
+}
+
+std::vector<Record> run_table(const std::string& name, const TableOptions& options) {
+  if (name == "table1") return table1(options);
+  if (name == "table2") return table2(options);
+  if (name == "trace") return trace(options);
+  if (name == "quality") return quality(options);
+  if (name == "growth") return growth(options);
+  if (name == "teapot") return teapot(options);
+  throw std::invalid_argument("There is no table '" + name + "'.");
+}
+
+const std::vector<PaperRow>& paper_table1() {
+  static const std::vector<PaperRow> rows = {
+      {"3-spheres", "51 x 101 x 101", 101, "float", {"three_spheres.stl"}, 4236, 0.499, 0, 0},
+      {"Kitten", "101 x 92 x 154", 154, "float", {"heart.stl"}, 8176, 0.919, 0, 0},
+      {"Duck", "89 x 105 x 101", 105, "float", {"duck.stl"}, 8087, 0.799, 0, 0},
+      {"Ellipsoid", "100 x 65 x 63", 100, "spin", {"tilted_ellipsoid.stl"}, 8682, 3.870, 0, 0},
+      {"Bird", "100 x 75 x 75", 100, "spin", {"bird.stl"}, 8776, 3.975, 0, 0}};
+  return rows;
+}
+
+// The example bird is flat and has a fifth of the voxels of the paper's, on two thirds of the rays; the duck comes near it in both.
+const std::vector<PaperRow>& paper_table2() {
+  static const std::vector<PaperRow> rows = {
+      {"Ellipsoid", "80 x 52 x 51", 80, "spin", {"tilted_ellipsoid.stl"}, 5882, 1.79, 94975, 34.74},
+      {"Ellipsoid", "64 x 42 x 41", 64, "spin", {"tilted_ellipsoid.stl"}, 3706, 0.71, 46314, 11.48},
+      {"Ellipsoid", "54 x 35 x 34", 54, "spin", {"tilted_ellipsoid.stl"}, 2536, 0.48, 26783, 3.48},
+      {"Ellipsoid", "40 x 26 x 26", 40, "spin", {"tilted_ellipsoid.stl"}, 1390, 0.31, 10764, 1.37},
+      {"Bird", "80 x 60 x 60", 80, "spin", {"bird.stl", "duck.stl"}, 6184, 2.24, 100224, 17.94},
+      {"Bird", "54 x 40 x 40", 54, "spin", {"bird.stl", "duck.stl"}, 2646, 0.72, 28261, 4.43},
+      {"Bird", "40 x 30 x 30", 40, "spin", {"bird.stl", "duck.stl"}, 1414, 0.29, 11306, 2.20}};
+  return rows;
+}
+
+}  // namespace rayrep::bench
