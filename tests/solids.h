@@ -4,6 +4,7 @@
 // them. Lengths in mm.
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -11,11 +12,13 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <initializer_list>
 #include <map>
 #include <numbers>
 #include <random>
 #include <sstream>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -354,6 +357,11 @@ inline ::testing::AssertionResult is_closed_solid(const Mesh& mesh) {
   const double volume = mesh_moments(mesh)[M1];
   if (!(volume > 0)) return ::testing::AssertionFailure() << "volume " << volume << " is not positive";
   return ::testing::AssertionSuccess();
+}
+
+/// A name of this process's own for a file in the temporary folder: tests run side by side.
+inline std::filesystem::path own_file(const std::string& name) {
+  return std::filesystem::temp_directory_path() / ("rayrep_test_" + std::to_string(getpid()) + "_" + name);
 }
 
 }  // namespace rayrep::test

@@ -37,7 +37,7 @@ void expect_floats(const Mesh& solid, const FloatOptions& options, const std::st
   EXPECT_EQ(result.hollow.solve.status, SolveStatus::converged) << result.hollow.solve.solver_status;
   EXPECT_LT(result.hollow.duality_gap, 1e-6);
   EXPECT_GT(result.hollow.duality_gap, -1e-7);
-  const auto path = std::filesystem::temp_directory_path() / ("rayrep_test_" + name + ".stl");
+  const auto path = own_file(name + ".stl");
   write_mesh(path, result.hollow.delivered);
   const FloatVerdict verdict = verify_float(read_mesh(path).mesh, &solid, goal_of(options, result));
   for (const Criterion& c : verdict.criteria)

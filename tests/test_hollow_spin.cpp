@@ -75,7 +75,7 @@ SpinState expect_spins(const Mesh& solid, const SpinOptions& options, const std:
   const SpinResult result = hollow_spin(solid, stored);
   EXPECT_EQ(result.hollow.solve.status, SolveStatus::converged) << result.hollow.solve.solver_status;
   EXPECT_GE(result.hollow.cavities, 1u);
-  const auto path = std::filesystem::temp_directory_path() / ("rayrep_test_spin_" + name + ".stl");
+  const auto path = own_file(name + ".stl");
   write_mesh(path, result.hollow.delivered);
   const SpinVerdict verdict = verify_spin(read_mesh(path).mesh, &solid, goal_of(options, result));
   for (const Criterion& c : verdict.criteria)

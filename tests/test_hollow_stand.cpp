@@ -24,7 +24,7 @@ StandOptions coarse() {
 
 StandVerdict expect_stands(const Mesh& solid, const StandOptions& options) {
   const StandResult result = hollow_stand(solid, options);
-  const auto path = std::filesystem::temp_directory_path() / "rayrep_test_stand.stl";
+  const auto path = own_file("stand.stl");
   write_mesh(path, result.hollow.delivered);
   StandGoalSpec goal;
   goal.up = options.hollow.up;

@@ -70,7 +70,7 @@ TEST(Ipopt, SolvesHs071) {
 
 TEST(Ipopt, IgnoresAnOptionsFileInTheFolder) {
   const auto before = std::filesystem::current_path();
-  const auto folder = std::filesystem::temp_directory_path() / "rayrep_ipopt_options";
+  const auto folder = own_file("ipopt_options");
   std::filesystem::create_directories(folder);
   std::filesystem::current_path(folder);
   std::ofstream("ipopt.opt") << "max_iter 1\n";

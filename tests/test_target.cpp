@@ -336,7 +336,7 @@ TargetOptions coarse(const InertialTargets& wanted) {
 /// Runs hollow_target, judges the file and returns the verdict; a mesh that fails stays in the temporary folder.
 TargetVerdict expect_met(const Mesh& solid, const TargetOptions& options, double tolerance = 1e-5) {
   const TargetResult result = hollow_target(solid, options);
-  const auto path = std::filesystem::temp_directory_path() / "rayrep_test_target.stl";
+  const auto path = own_file("target.stl");
   write_mesh(path, result.hollow.delivered);
   TargetGoalSpec goal;
   goal.wanted = options.wanted;
