@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "predicates.h"
 #include "rayrep/cavity.h"
 #include "rayrep/inner_domain.h"
 #include "solids.h"
@@ -88,6 +89,87 @@ TEST(Cavity, OfAQuadricFollowsIt) {
   EXPECT_EQ(cavity.cavities, 1u);
   for (const auto& v : cavity.mesh.vertices) EXPECT_NEAR(v.norm(), 5, 1e-5);
   EXPECT_NEAR(-mesh_moments(cavity.mesh)[M1], 4.0 / 3 * kPi * 125, 2);
+}
+
+TEST(Cavity, TheSurfaceIsWithinAFractionOfTheRaySpacing) {
+  // A ball of radius 20 with a wall of 1.2, cut by a plane, a ball and a tilted paraboloid; at the setting of the pipeline for 100
+  // rays. Distances over the whole surface, in the middle of triangles too: to the sphere of radius 18.8 or to the quadric,
+  // whichever is nearer, to first order.
+  const double spacing = 0.4;
+  const Mesh solid = icosphere(20, 6);
+  Moments ball = Moments::Zero();
+  ball[M1] = 12 * 12;
+  ball[MXX] = ball[MYY] = ball[MZZ] = -1;
+  Moments paraboloid = plane(-6, 0.2);
+  paraboloid[MXX] = -0.03;
+  paraboloid[MYY] = -0.05;
+  for (const Moments& q : {plane(4, 0.3), ball, paraboloid}) {
+    const CavityMesh cavity = cavity_of(solid, q, 0.3);
+    ASSERT_GT(cavity.mesh.triangles.size(), 5000u);
+    double area = 0;
+    double sum = 0;
+    double largest = 0;
+    for (std::size_t t = 0; t < cavity.mesh.triangles.size(); ++t) {
+      const Eigen::Vector3d a = cavity.mesh.corner(t, 0);
+      const Eigen::Vector3d b = cavity.mesh.corner(t, 1);
+      const Eigen::Vector3d c = cavity.mesh.corner(t, 2);
+      const double size = 0.5 * (b - a).cross(c - a).norm();
+      for (const Eigen::Vector3d& p : {Eigen::Vector3d((a + b + c) / 3), Eigen::Vector3d((a + b) / 2)}) {
+        const Eigen::Vector3d gradient =
+            q.segment<3>(MX) + Eigen::Vector3d(2 * q[MXX] * p.x(), 2 * q[MYY] * p.y(), 2 * q[MZZ] * p.z());
+        const double to_quadric = std::abs(q.dot(monomials(p))) / gradient.norm();
+        const double distance = std::min(std::abs(p.norm() - 18.8), to_quadric);
+        sum += size * distance;
+        area += size;
+        largest = std::max(largest, distance);
+      }
+    }
+    EXPECT_LT(sum / area, 0.05 * spacing);
+    EXPECT_LT(largest, 0.5 * spacing);
+  }
+}
+
+TEST(Cavity, FollowsAQuadricAsIfItWereMeshedAnew) {
+  const Mesh solid = icosphere(10, 5);
+  const SurfaceQuery surface(solid);
+  InnerDomainOptions options;
+  options.wall_mm = 1.2;
+  options.ray_spacing_mm = options.field_spacing_mm = 0.3;
+  BlockField field = inner_domain(surface, options).field;
+  CavityOptions cavity_options;
+  CavityMesh followed = mesh_cavity(field, surface, plane(2, 0.1), cavity_options);
+  const double before = mesh_moments(followed.mesh)[M1];
+  ASSERT_TRUE(follow_quadric(followed, field, surface, plane(2.05, 0.102), cavity_options));
+  const CavityMesh anew = mesh_cavity(field, surface, plane(2.05, 0.102), cavity_options);
+  const double change = mesh_moments(anew.mesh)[M1] - before;
+  EXPECT_NEAR(mesh_moments(followed.mesh)[M1] - before, change, 0.05 * std::abs(change));
+  EXPECT_TRUE(crossing_triangles(followed.mesh).empty());
+  for (const auto& v : followed.mesh.vertices) EXPECT_GT(surface.closest(v, 20).distance_mm, 1.2 - 1e-3);
+  // Too far: nothing is changed.
+  const std::vector<Eigen::Vector3d> vertices = followed.mesh.vertices;
+  EXPECT_FALSE(follow_quadric(followed, field, surface, plane(3), cavity_options));
+  EXPECT_EQ(followed.mesh.vertices, vertices);
+}
+
+TEST(CrossingTriangles, AreThoseThatIntersect) {
+  // Against all pairs: a torus through another one, a sphere dented into itself, and a smooth one without any.
+  Mesh dented = icosphere(10, 3);
+  for (auto& v : dented.vertices)
+    if (v.z() > 9) v.z() -= 19.5;
+  for (const Mesh& mesh :
+       {merged({torus(8, 3, 24, 16), rotated(torus(7, 2, 20, 12), random_rotation(5))}), dented, icosphere(10, 3)}) {
+    std::vector<std::size_t> expected;
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+      for (std::size_t j = 0; j < mesh.triangles.size(); ++j) {
+        const Eigen::Vector3d p[3] = {mesh.corner(i, 0), mesh.corner(i, 1), mesh.corner(i, 2)};
+        const Eigen::Vector3d q[3] = {mesh.corner(j, 0), mesh.corner(j, 1), mesh.corner(j, 2)};
+        if (i != j && triangles_intersect(p, mesh.triangles[i], q, mesh.triangles[j])) {
+          expected.push_back(i);
+          break;
+        }
+      }
+    EXPECT_EQ(crossing_triangles(mesh), expected);
+  }
 }
 
 TEST(Cavity, SmallOnesAreFilledAndAccounted) {
