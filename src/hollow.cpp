@@ -384,8 +384,13 @@ StandResult hollow_stand(const Mesh& solid, const StandOptions& options, const P
   setup.options.tolerance = std::max(common.solve.tolerance, 1e-7);
   setup.options.barrier_target = 1e-9;
   const auto error = [&](const Moments& s) { return (s.segment<2>(MX) / s[M1] - target).norm() / scale.length_mm; };
-  solve_as_built(body, InteriorSolver(goal, body.inner.rays, *body.integrals, setup), common, error, result.hollow, progress);
+  const InteriorSolver solver(goal, body.inner.rays, *body.integrals, setup);
+  const Moments constant = body.shell + solve_as_built(body, solver, common, error, result.hollow, progress);
   result.objective = result.hollow.solve.objective;
+  // For every s that meets the constraints, (c_z(s) - c_z) m(s) / (L m) = q.s >= min over all interiors of q.s. theory.md (27d)
+  const Moments& q = result.hollow.q;
+  const Moments s = constant + body.integrals->moments(q);
+  result.hollow.duality_gap = std::max(0.0, -q.dot(s)) * s[M1] / constant[M1] / std::abs(result.objective);
   return result;
 }
 

@@ -286,6 +286,7 @@ std::string to_json(const StandReport& report) {
   json["after"] = stand_json(report.after.state);
   add_shells(json["after"], report.after);
   close(json, report, report.after, report.hollowed ? &report.result.hollow : nullptr);
+  if (report.hollowed) json["solver"]["duality_gap"] = number(report.result.hollow.duality_gap);
   return json.dump(2) + "\n";
 }
 

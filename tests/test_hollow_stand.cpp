@@ -52,6 +52,18 @@ TEST(HollowStand, ABoxBringsItsCentreOfMassDown) {
   EXPECT_NEAR(verdict.state.smallest_tipping_angle_rad, std::atan2(10, lowest), 1e-3);
 }
 
+TEST(HollowStand, TheGapIsClosedByTheExactSolverAndSmallByIpopt) {
+  const Mesh solid = polycubes({{0, 0, 0}, {0, 0, 1}, {0, 0, 2}, {1, 0, 2}}, 20);
+  StandOptions options = coarse();
+  const StandResult exact = hollow_stand(solid, options);
+  EXPECT_LT(exact.hollow.duality_gap, 1e-9);
+  options.hollow.solver = Solver::rays;
+  const StandResult rays = hollow_stand(solid, options);
+  EXPECT_GE(rays.hollow.duality_gap, 0);
+  EXPECT_LT(rays.hollow.duality_gap, 1e-4);
+  EXPECT_NEAR(rays.objective, exact.objective, 1e-4 * exact.objective);
+}
+
 TEST(HollowStand, AToweringHeadIsBalancedOverTheBase) {
   // A block with an overhanging head: solid, its centre of mass lies nearly over the edge.
   const Mesh solid = polycubes({{0, 0, 0}, {0, 0, 1}, {0, 0, 2}, {1, 0, 2}}, 20);

@@ -228,7 +228,11 @@ std::string summary(const StandReport& report, bool verbose) {
     for (std::size_t n = 0; n < after.tipping_angles_rad.size(); ++n)
       table.row(format("  over edge %zu", n + 1).c_str(), 3, degrees(before.tipping_angles_rad[n]),
                 degrees(after.tipping_angles_rad[n]));
-  return text + table.text() + "\n" + closing(report, report.after, report.hollowed ? &report.result.hollow : nullptr, verbose);
+  text += table.text() + "\n" + closing(report, report.after, report.hollowed ? &report.result.hollow : nullptr, verbose);
+  if (report.hollowed)
+    text += format("centre of mass within %.0e of the lowest possible above the target on these rays (proven by duality)\n",
+                   std::max(report.result.hollow.duality_gap, 1e-9));
+  return text;
 }
 
 std::string summary(const TargetReport& report, bool verbose) {
