@@ -49,6 +49,7 @@ const std::map<std::string, Unit> kUnits = {
     {"hydrostatics", {1, {"moments"}}},
     {"inertial", {1, {"moments"}}},
     {"spin", {1, {"moments"}}},
+    {"spin_simulation", {1, {}}},
     {"support_polygon", {1, {}}},
     // 2: wrapped third-party geometry
     {"surface_query", {2, {}}},

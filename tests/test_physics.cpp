@@ -9,20 +9,20 @@
 #include <string>
 #include <vector>
 
-#include "physics.h"
 #include "rayrep/moments.h"
 #include "rayrep/spin.h"
 #include "solids.h"
+#include "spin_simulation.h"
 
 namespace rayrep {
 namespace {
 
-using test::physics::Body;
-using test::physics::EquationsOfMotion;
-using test::physics::Motion;
-using test::physics::simulate;
-using test::physics::Spin;
-using test::physics::Support;
+using physics::Body;
+using physics::EquationsOfMotion;
+using physics::Motion;
+using physics::simulate;
+using physics::Spin;
+using physics::Support;
 
 constexpr double kKick = 1e-5;   // small, so that what grows near an end of a range does so by the linear terms
 constexpr double kSmall = 60;    // times the kick: neutral oscillations add up to about 1 / sqrt(distance to the end)

@@ -115,6 +115,7 @@ struct SpinLimits {
   double axis_angle_rad = 1e-3;        ///< between the spin axis and the nearest principal axis
   double class_margin = 1e-6;          ///< by which the axial moment must differ from the nearest lateral one, relative
   double wall_ratio = 0.98;            ///< smallest wall over SpinGoalSpec::wall_mm
+  double simulated_tilt_rad = 0.05;    ///< largest tilt in the simulation
 };
 
 struct SpinVerdict : Verdict {
@@ -130,6 +131,9 @@ struct SpinVerdict : Verdict {
 ///                  most 1 - class_margin (prefer smallest). A middle axis fails both.
 ///   stable_speeds  number of ranges of speed in which the spin is stable: at least 1; for a tip that slides, of a yo-yo for a free
 ///                  body
+///   simulated_tilt rad, only with a range: the body as delivered, nonlinear and with all its offsets, spun in the last range (1.2
+///   times
+///                  its lower end, or its middle) on a sliding tip, a yo-yo freely, and kicked by 0.001 rad, over 100 turns
 /// A note explains a middle axis, an axis of the other class, and parts below the contact point.
 /// @throws Error{usage} for a goal that makes no sense; otherwise as verify_float
 SpinVerdict verify_spin(const Mesh& delivered, const Mesh* original, const SpinGoalSpec& goal, const SpinLimits& limits = {},

@@ -9,9 +9,9 @@
 #include <numbers>
 #include <vector>
 
-/// Nonlinear simulation of spinning rigid bodies. It shares nothing with the linear analysis in rayrep/spin.h: the full
-/// equations of motion with the full inertia tensor are integrated in time. Units: g, mm, s.
-namespace rayrep::test::physics {
+/// Nonlinear simulation of spinning rigid bodies, for verify and for tests. It shares nothing with the linear analysis in
+/// rayrep/spin.h: the full equations of motion with the full inertia tensor are integrated in time. Units: g, mm, s.
+namespace rayrep::physics {
 
 enum class Support { none, sliding, fixed };
 
@@ -130,4 +130,4 @@ inline Motion simulate(const Body& body, Support support, const Spin& spin) {
   return motion;
 }
 
-}  // namespace rayrep::test::physics
+}  // namespace rayrep::physics
