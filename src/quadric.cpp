@@ -173,7 +173,12 @@ LinearMinimum minimise_linear(Problem& problem, const Moments& q_0, const Eigen:
   const Dual dual{q_0, problem.J(), -problem.c_0()};
   // No interior has a larger objective: a dual value above it proves that none meets the constraints.
   const double highest = -problem.lowest(-q_0);
-  const auto proven = [&](const DualPoint& p) { return p.value > highest + 1e-9 * q_0.norm(); };
+  // Where the multipliers run away they separate long before the value says so: asked for when it takes long.
+  const int patience = problem.evaluations() + 12;
+  const auto separates = [&](const Eigen::VectorXd& u) {
+    return problem.evaluations() > patience && problem.lowest(problem.J().transpose() * u) + problem.c_0().dot(u) > 1e-9 * u.norm();
+  };
+  const auto proven = [&](const DualPoint& p) { return p.value > highest + 1e-9 * q_0.norm() || separates(p.u); };
   const auto met = [&](const DualPoint& p) { return p.gradient.cwiseAbs().maxCoeff() < tolerance; };
   LinearMinimum minimum;
   minimum.top =

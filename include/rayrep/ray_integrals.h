@@ -18,13 +18,15 @@ public:
 
   struct Pass {
     Moments moments = Moments::Zero();  ///< S(q): of the material { q.phi < 0 } of the domain; mm^3, mm^4, mm^5
-    /// -dS/dq = sum over ends inside their interval of A phi phi^T / |d(q.phi)/dz|, symmetric, positive semidefinite; zero unless
-    /// asked for
+    /// -dS/dq = sum over ends inside their interval of A phi phi^T / |d(q.phi)/dz|, symmetric, positive semidefinite
     Eigen::Matrix<double, 10, 10> spread = Eigen::Matrix<double, 10, 10>::Zero();
   };
 
   /// The same bytes for any number of threads and any processor.
-  /// @param q  not zero; only its direction matters to the moments
+  /// @param q     not zero; only its direction matters to the moments
+  /// @param blur  0 for the derivative itself; else its mean over so large a range of the discriminant (with coordinates and q
+  /// scaled to
+  ///              at most 1), which is finite where a ray is tangent to the quadric. theory.md (29)
   Pass pass(const Moments& q, double blur = 0) const;
   Moments moments(const Moments& q) const;
 
