@@ -282,8 +282,8 @@ SpinResult hollow_spin(const Mesh& solid, const SpinOptions& options, const Prog
   setup.start_fill = options.start_fill;
   setup.scale = scale;
   setup.options = common.solve;
-  setup.options.tolerance = std::max(common.solve.tolerance, 1e-7);
-  setup.options.barrier_target = 1e-8;
+  setup.options.tolerance = std::max(common.solve.tolerance, 1e-6);
+  setup.options.barrier_target = 1e-7;
   setup.options.max_iterations = std::min(common.solve.max_iterations, 200);
   const auto error = [&](const Moments& s) {
     const double m = s[M1];
