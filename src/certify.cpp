@@ -11,13 +11,6 @@ namespace {
 
 using Matrix10 = Eigen::Matrix<double, 10, 10>;
 
-/// Heights of the centre of mass with a proven lower bound of the objective.
-struct Node {
-  Interval heights;
-  double bound;
-  bool operator<(const Node& other) const { return bound > other.bound; }  // the smallest on top
-};
-
 /// Solves at one height and bounds the intervals below and above it.
 class Height {
 public:
@@ -51,10 +44,10 @@ public:
   double objective() const { return problem_.lambda * l_ / problem_.length_mm + problem_.gamma_i * ratio_ * ratio_; }
 
   /// What is left of the heights from l to `end` and what no interior there does better than. Empty when none is attainable.
-  Node bounded(double end, double known) {
+  HeightBound bounded(double end, double known) {
     const double side = end > l_ ? 1 : -1;
     const double d = std::abs(end - l_);
-    Node node{{std::min(l_, end), std::max(l_, end)}, known};
+    HeightBound node{{std::min(l_, end), std::max(l_, end)}, known};
     if (margin_ > 0) {
       // y.c(s) >= margin, where only the last constraint, (c_z - l) m / (V L), is not 0.
       const double y = side * solution_.separation[4] / (problem_.volume_mm3 * problem_.length_mm);
@@ -117,6 +110,10 @@ private:
 
 }  // namespace
 
+HeightBound bound_heights(const CertifiedSpin& problem, const RayIntegrals& rays, const Moments& constant, double l, double end) {
+  return Height(problem, rays, constant, l).bounded(end, -std::numeric_limits<double>::infinity());
+}
+
 SpinCertificate certify_spin(const CertifiedSpin& problem, const RayIntegrals& rays, const Moments& constant,
                              const Interval& heights, const CertifyOptions& options, const Progress& progress) {
   SpinCertificate certificate;
@@ -147,13 +144,14 @@ SpinCertificate certify_spin(const CertifiedSpin& problem, const RayIntegrals& r
     return finish(bound);
   }
 
-  std::priority_queue<Node> open;
+  const auto higher = [](const HeightBound& a, const HeightBound& b) { return a.bound > b.bound; };
+  std::priority_queue<HeightBound, std::vector<HeightBound>, decltype(higher)> open(higher);  // the lowest on top
   // Where the best interior found has its centre is where heights are hardest to rule out.
   const double first = best.converged ? best.moments[MZ] / best.moments[M1] : heights.middle();
-  const auto split = [&](const Node& node, double at) {
+  const auto split = [&](const HeightBound& node, double at) {
     Height height(problem, rays, constant, at);
     for (const double end : {node.heights.lo, node.heights.hi}) {
-      const Node child = height.bounded(end, node.bound);
+      const HeightBound child = height.bounded(end, node.bound);
       if (child.heights.length() > 0) open.push(child);
     }
     ++certificate.nodes;
@@ -170,7 +168,7 @@ SpinCertificate certify_spin(const CertifiedSpin& problem, const RayIntegrals& r
   split({heights, -std::numeric_limits<double>::infinity()}, std::clamp(first, heights.lo, heights.hi));
   while (!open.empty() && certificate.nodes < options.max_nodes) {
     progress.check();
-    const Node node = open.top();
+    const HeightBound node = open.top();
     if (best.objective - node.bound <= options.gap * best.objective) break;
     open.pop();
     split(node, node.heights.middle());

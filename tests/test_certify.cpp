@@ -62,6 +62,46 @@ TEST_P(CertifyRandom, NothingAttainableIsBelowTheBound) {
 
 INSTANTIATE_TEST_SUITE_P(Seeds, CertifyRandom, ::testing::Range(0, 4));
 
+TEST(Certify, NoHeightIsBelowTheBoundOfItsRange) {
+  // At other heights of the range the problem is solved by itself: none of the optima is below the bound, or at a height ruled out.
+  // Ranges of every width on both sides, so that a term of first or second order in the width that is missing shows.
+  Random random(77);
+  int compared = 0;
+  int shortened = 0;
+  double closest = 1e300;
+  for (int n = 0; n < 40; ++n) {
+    const RayBody body = random_body(random, 24);
+    const RayIntegrals rays(body.domain);
+    const CertifiedSpin problem = problem_of(body, random.uniform(0, 0.05));
+    const SpinGoal top({.lambda = problem.lambda}, true, false, problem.volume_mm3, problem.length_mm);
+    const QuadricSolution best = solve_quadric(top, rays, body.shell);
+    if (!best.converged) continue;
+    const double centre = best.moments[MZ] / best.moments[M1];
+    const SpinGoal fixed({.lambda = 0}, true, true, problem.volume_mm3, problem.length_mm);
+    for (const double from : {-3.0, -0.5, 0.0, 0.5, 3.0, 15.0})
+      for (const double width : {-12.0, -3.0, -0.3, 0.3, 3.0, 12.0}) {
+        const double l = centre + from;
+        const HeightBound range = bound_heights(problem, rays, body.shell, l, l + width);
+        shortened += range.heights.length() < 0.999 * std::abs(width);
+        for (const double part : {0.05, 0.3, 0.7, 1.0}) {
+          const double at = l + part * width;
+          const MappedGoal goal(fixed, moment_map(Eigen::Affine3d(Eigen::Translation3d(0, 0, -at))));
+          const QuadricSolution solution = solve_quadric(goal, rays, body.shell);
+          if (!solution.converged) continue;
+          ++compared;
+          const double objective = top.objective(solution.moments);
+          EXPECT_GE(at, range.heights.lo - 1e-9);
+          EXPECT_LE(at, range.heights.hi + 1e-9);
+          EXPECT_GE(objective, range.bound - 1e-9) << n << ": from " << from << ", width " << width << ", part " << part;
+          closest = std::min(closest, (objective - range.bound) / std::abs(width));
+        }
+      }
+  }
+  EXPECT_GT(compared, 500);
+  EXPECT_GT(shortened, 20);
+  EXPECT_LT(closest, 3e-3);  // per mm: and the bound is not empty, it loses lambda / L at most where the range is narrow
+}
+
 TEST(Certify, ABoundOfFewNodesIsLowerAndStillTrue) {
   Random random(5);
   for (int n = 0; n < 6; ++n) {

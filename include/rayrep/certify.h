@@ -33,6 +33,16 @@ struct SpinCertificate {
   int evaluations = 0;      ///< passes over the rays
 };
 
+/// What one solve proves of a range of heights of the centre of mass.
+struct HeightBound {
+  Interval heights;  ///< the part of the range that is not ruled out; empty when none is attainable
+  double bound = 0;  ///< no interior with its centre of mass in `heights` does better; -infinity when nothing is known
+};
+
+/// Solves the problem with the centre of mass at the height l, for a top, and bounds the heights from l to `end`. theory.md (32a),
+/// (32b)
+HeightBound bound_heights(const CertifiedSpin& problem, const RayIntegrals& rays, const Moments& constant, double l, double end);
+
 /// Finds and proves the global optimum of the spin problem by branch and bound over the height l of the centre of mass. With it
 /// fixed the problem is quasiconvex, so that a stationary point is its optimum, and its multipliers bound the objective for all
 /// heights in an interval around it. theory.md (32)
