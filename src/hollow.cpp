@@ -260,7 +260,8 @@ SpinResult hollow_spin(const Mesh& solid, const SpinOptions& options, const Prog
   progress.begin("solve");
   const QuadricSolution exact = solve_quadric(goal, *body.integrals, body.shell);
   if (exact.infeasible) throw unbalanced(body, options, goal, progress);
-  QuadricOptions warm;
+  // What was solved to see whether it can be done is where the first pass starts.
+  const QuadricSolution* known = &exact;
   if (options.certify) {
     const Eigen::AlignedBox3d box = bounding_box(body.working);
     result.certificate = certify_spin({.lambda = options.weights.lambda,
@@ -269,13 +270,15 @@ SpinResult hollow_spin(const Mesh& solid, const SpinOptions& options, const Prog
                                        .volume_mm3 = scale.volume_mm3,
                                        .length_mm = scale.length_mm},
                                       *body.integrals, body.shell, {box.min().z(), box.max().z()}, {}, progress);
-    warm.moments = result.certificate->best.moments;
-    warm.multipliers = result.certificate->best.multipliers;
+    known = &result.certificate->best;
   }
   // Void rays may lie anywhere on their interval: the optimum is flat, and only the central path leads to one point of it.
   InteriorSolver::Setup setup;
   setup.solver = common.solver;
-  setup.warm = warm;
+  if (known->converged) {
+    setup.warm.moments = known->moments;
+    setup.warm.multipliers = known->multipliers;
+  }
   setup.segments = true;
   setup.bounds = options.bounds;
   setup.between = options.largest ? Between::material : Between::cavity;

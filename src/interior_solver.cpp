@@ -50,8 +50,7 @@ InteriorSolver::Solved InteriorSolver::solve(const Moments& constant, const Prog
 
 InteriorSolver::Solved InteriorSolver::solve_quadric(const Moments& constant) {
   Solved solved;
-  QuadricSolution& exact = solved.quadric;
-  exact = rayrep::solve_quadric(goal_, integrals_, constant, warm_);
+  const QuadricSolution exact = rayrep::solve_quadric(goal_, integrals_, constant, warm_);
   if (exact.converged) {
     warm_.multipliers = exact.multipliers;
     warm_.moments = exact.moments;

@@ -30,7 +30,6 @@ public:
     SolveReport report;
     Moments q = Moments::Zero();      ///< switching function: cavity where q.phi > 0
     Moments model = Moments::Zero();  ///< moments of the whole body as the solver sees it
-    QuadricSolution quadric;          ///< of Solver::quadric
   };
 
   /// Keeps references to `goal`, `domain` and `integrals`, which belong together.

@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "rayrep/spin.h"
+
 namespace rayrep::detail {
 namespace {
 
@@ -95,13 +97,9 @@ std::optional<Eigen::Vector2d> shortest(const F& feasible, double largest, doubl
 }  // namespace
 
 bool spins_as_wanted(const Moments& s, bool largest) {
-  const double steiner = s[MZ] * s[MZ] / s[M1];
-  const double xx = s[MYY] + s[MZZ] - steiner;
-  const double yy = s[MXX] + s[MZZ] - steiner;
-  const double half_spread = std::hypot(0.5 * (xx - yy), s[MXY]);
-  const double axial = s[MXX] + s[MYY];
-  const double middle = 0.5 * (xx + yy);
-  return largest ? axial > (middle + half_spread) * (1 + 1e-6) : axial < (middle - half_spread) * (1 - 1e-6);
+  constexpr double margin = 1e-6;
+  const SpinState state = spin_state(mass_properties(s, 1), Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ());
+  return largest ? state.ratio_larger > 1 + margin : state.ratio_smaller < 1 - margin;
 }
 
 SpinSearch::SpinSearch(const Body& body, const SpinOptions& options)

@@ -22,6 +22,7 @@
 #include <utility>
 #include <vector>
 
+#include "rayrep/error.h"
 #include "rayrep/mesh.h"
 #include "rayrep/moments.h"
 
@@ -362,6 +363,25 @@ inline ::testing::AssertionResult is_closed_solid(const Mesh& mesh) {
 /// A name of this process's own for a file in the temporary folder: tests run side by side.
 inline std::filesystem::path own_file(const std::string& name) {
   return std::filesystem::temp_directory_path() / ("rayrep_test_" + std::to_string(getpid()) + "_" + name);
+}
+
+/// The message of the Error that f throws, which must have the given code.
+template <typename F>
+std::string message_of(const F& f, ErrorCode code) {
+  try {
+    f();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), code) << error.what();
+    return error.what();
+  }
+  ADD_FAILURE() << "no error";
+  return "";
+}
+
+inline ::testing::AssertionResult mentions(const std::string& text, std::initializer_list<const char*> words) {
+  for (const char* word : words)
+    if (text.find(word) == std::string::npos) return ::testing::AssertionFailure() << "no '" << word << "' in: " << text;
+  return ::testing::AssertionSuccess();
 }
 
 }  // namespace rayrep::test

@@ -136,25 +136,6 @@ TEST(HollowFloat, IsTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(one.triangles, two.triangles);
 }
 
-/// The message of the Error that f throws, which must have the given code.
-template <typename F>
-std::string message_of(const F& f, ErrorCode code) {
-  try {
-    f();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), code) << error.what();
-    return error.what();
-  }
-  ADD_FAILURE() << "no error";
-  return "";
-}
-
-::testing::AssertionResult mentions(const std::string& text, std::initializer_list<const char*> words) {
-  for (const char* word : words)
-    if (text.find(word) == std::string::npos) return ::testing::AssertionFailure() << "no '" << word << "' in: " << text;
-  return ::testing::AssertionSuccess();
-}
-
 TEST(HollowFloat, SaysThatTheShellIsTooHeavy) {
   FloatOptions options = coarse();
   options.waterline_mm = 8;

@@ -205,25 +205,6 @@ TEST(HollowSpin, IsTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(one.objective, two.objective);
 }
 
-/// The message of the Error that f throws, which must have the given code.
-template <typename F>
-std::string message_of(const F& f, ErrorCode code) {
-  try {
-    f();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), code) << error.what();
-    return error.what();
-  }
-  ADD_FAILURE() << "no error";
-  return "";
-}
-
-::testing::AssertionResult mentions(const std::string& text, std::initializer_list<const char*> words) {
-  for (const char* word : words)
-    if (text.find(word) == std::string::npos) return ::testing::AssertionFailure() << "no '" << word << "' in: " << text;
-  return ::testing::AssertionSuccess();
-}
-
 /// Distance from the line (x, 10) of the centre of mass of the 40 x 20 x 20 box below with wall w, at the nearest: by symmetry the
 /// best interior is solid up to some x = t and void beyond.
 double smallest_offset_of_block(double x, double w) {
