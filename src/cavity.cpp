@@ -1,5 +1,6 @@
 #include "rayrep/cavity.h"
 
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
@@ -8,6 +9,8 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "predicates.h"
 #include "rayrep/level_set.h"
@@ -85,27 +88,76 @@ BlockField intersect(const BlockField& wall, const Quadric& quadric) {
   return field;
 }
 
-/// Moves a vertex of the meshed grid, within a cell of the true surface, onto it.
-Eigen::Vector3d onto_surface(Eigen::Vector3d p, const SurfaceQuery& surface, const Quadric& quadric, double wall_mm, double h) {
-  const Eigen::Vector3d start = p;
-  int hint = -1;
-  for (int iteration = 0; iteration < 12; ++iteration) {
-    const ClosestPoint closest = surface.closest(p, wall_mm + 2 * h, hint);
-    hint = closest.triangle;
-    const double to_wall = closest.triangle < 0 ? -HUGE_VAL : wall_mm - closest.distance_mm;
-    const double to_quadric = quadric.signed_distance(p);
-    const double worst = std::max(to_wall, to_quadric);
-    if (iteration == 0 && worst < -h) return p;  // where the cavity was closed by hand, neither surface is near
-    if (std::abs(worst) < 1e-6 * h) break;
-    if (to_wall >= to_quadric) {
-      if (closest.distance_mm <= 0) break;
-      p += (to_wall / closest.distance_mm) * (p - closest.point_mm);
-    } else {
-      p += to_quadric * quadric.gradient(p).normalized();
-    }
+/// Moves the vertices of a cavity onto its surfaces.
+class Fitter {
+public:
+  Fitter(const SurfaceQuery& surface, const Quadric& quadric, double wall_mm, double h)
+      : surface_(surface), quadric_(quadric), wall_(wall_mm), h_(h) {}
+
+  /// Moves the vertices that are `chosen`, each within a cell of the true surface, onto it, and where triangles between them would
+  /// cut into the wall a little beyond it.
+  template <typename Chosen>
+  void fit(Mesh& mesh, const Chosen& chosen) const {
+    std::vector<ClosestPoint> wall(mesh.vertices.size());
+    tbb::parallel_for(std::size_t{0}, mesh.vertices.size(), [&](std::size_t n) {
+      if (chosen(mesh.vertices[n])) wall[n] = land(mesh.vertices[n], wall_);
+    });
+    const std::vector<double> needed = distances_needed(mesh, wall);
+    tbb::parallel_for(std::size_t{0}, mesh.vertices.size(), [&](std::size_t n) {
+      if (needed[n] > 0) land(mesh.vertices[n], needed[n]);
+    });
   }
-  return (p - start).norm() <= 2 * h ? p : start;
-}
+
+private:
+  /// Moves p to where it is `distance_mm` from the surface, or on the quadric where that is farther inside the cavity.
+  /// @returns the surface's point closest to p; no triangle where it is out of reach or p was left where it was
+  ClosestPoint land(Eigen::Vector3d& p, double distance_mm) const {
+    const Eigen::Vector3d start = p;
+    ClosestPoint closest;
+    for (int iteration = 0; iteration < 12; ++iteration) {
+      closest = surface_.closest(p, distance_mm + 2 * h_, closest.triangle);
+      const double to_wall = closest.triangle < 0 ? -HUGE_VAL : distance_mm - closest.distance_mm;
+      const double to_quadric = quadric_.signed_distance(p);
+      const double worst = std::max(to_wall, to_quadric);
+      if (iteration == 0 && worst < -h_) return {};  // where the cavity was closed by hand, neither surface is near
+      if (std::abs(worst) < 1e-6 * h_) break;
+      if (to_wall >= to_quadric) {
+        if (closest.distance_mm <= 0) break;
+        p += (to_wall / closest.distance_mm) * (p - closest.point_mm);
+      } else {
+        p += to_quadric * quadric_.gradient(p).normalized();
+      }
+    }
+    if ((p - start).norm() <= 2 * h_) return closest;
+    p = start;
+    return {};
+  }
+
+  /// How far from the surface each vertex has to be so that the triangles around it keep the wall; 0 where the wall is enough.
+  /// Between two vertices whose closest points lie nearer together than they do the offset surface bulges into the cavity, by
+  /// L (L - L') / 8 wall in the middle of an edge of length L, L' between the closest points, and 4/3 of that inside a triangle.
+  std::vector<double> distances_needed(const Mesh& mesh, const std::vector<ClosestPoint>& wall) const {
+    std::vector<double> needed(mesh.vertices.size(), 0.0);
+    for (const auto& t : mesh.triangles)
+      for (int k = 0; k < 3; ++k) {
+        const auto a = static_cast<std::size_t>(t[k]);
+        const auto b = static_cast<std::size_t>(t[(k + 1) % 3]);
+        if (wall[a].triangle < 0 || wall[b].triangle < 0) continue;
+        const double length = (mesh.vertices[a] - mesh.vertices[b]).norm();
+        const double between = (wall[a].point_mm - wall[b].point_mm).norm();
+        const double bulge = length * (length - between) / (6 * wall_);
+        const double missing = wall_ + bulge - 0.5 * (wall[a].distance_mm + wall[b].distance_mm);
+        if (bulge <= 0 || missing < 1e-3 * wall_) continue;
+        for (const std::size_t n : {a, b}) needed[n] = std::max(needed[n], wall[n].distance_mm + missing);
+      }
+    return needed;
+  }
+
+  const SurfaceQuery& surface_;
+  const Quadric& quadric_;
+  double wall_;
+  double h_;
+};
 
 /// Closes the cavity around a point: all samples within a step of it along each axis. Returns how many were inside.
 std::size_t close_around(BlockField& field, const Eigen::Vector3d& p) {
@@ -122,98 +174,154 @@ std::size_t close_around(BlockField& field, const Eigen::Vector3d& p) {
 
 double signed_volume(const Mesh& shell) { return mesh_moments(shell)[M1]; }
 
-/// Triangles that have one in reach whose normal differs by a right angle or may do so, ascending. All others belong to one sheet
-/// that is flat as far as they reach: two sheets that meet face each other, or there is a third between them that does.
-std::vector<std::size_t> where_it_bends(const Mesh& mesh) {
-  const std::size_t count = mesh.triangles.size();
-  std::vector<Eigen::Vector3d> normals(count);
-  double longest2 = 0;
-  for (std::size_t t = 0; t < count; ++t) {
-    const Eigen::Vector3d ab = mesh.corner(t, 1) - mesh.corner(t, 0);
-    const Eigen::Vector3d ac = mesh.corner(t, 2) - mesh.corner(t, 0);
-    normals[t] = ab.cross(ac).normalized();
-    longest2 = std::max({longest2, ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
+/// The triangles of a mesh of about equal triangles, sorted into cells so large that two triangles that meet lie in neighbouring
+/// ones.
+class TriangleCells {
+public:
+  explicit TriangleCells(const Mesh& mesh) : mesh_(mesh) {
+    const std::size_t count = mesh.triangles.size();
+    normals_.resize(count);
+    double longest2 = 0;
+    for (std::size_t t = 0; t < count; ++t) {
+      const Eigen::Vector3d ab = mesh.corner(t, 1) - mesh.corner(t, 0);
+      const Eigen::Vector3d ac = mesh.corner(t, 2) - mesh.corner(t, 0);
+      normals_[t] = ab.cross(ac).normalized();
+      longest2 = std::max({longest2, ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
+    }
+    // Centres of triangles that meet are no farther apart than 2/3 of the longest edge, twice.
+    const double cell = 1.34 * std::sqrt(longest2);
+    const Eigen::AlignedBox3d box = bounding_box(mesh);
+    clear_ = 1e-9 * box.diagonal().norm();
+    if (!(cell > 0)) return;
+    cells_ = (box.sizes() / cell).array().floor().cast<int>() + 1;
+    places_.resize(count);
+    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t t) {
+      const Eigen::Vector3d centre = (mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3 - box.min();
+      const Eigen::Vector3i c = (centre / cell).array().floor().cast<int>().max(0).min(cells_.array() - 1);
+      places_[t] = {key(c), static_cast<std::uint32_t>(t), c};
+    });
+    tbb::parallel_sort(places_.begin(), places_.end());
+    for (std::size_t n = 0; n < count; ++n)
+      if (n == 0 || places_[n].key != places_[n - 1].key) first_.push_back(n);
+    if (count > 0) first_.push_back(count);
+    boxes_.resize(count);
+    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t n) {
+      for (int k = 0; k < 3; ++k) boxes_[n].extend(mesh.corner(places_[n].triangle, k));
+    });
   }
-  // Centres of triangles that meet are no farther apart than 2/3 of the longest edge, twice: they lie in neighbouring cells.
-  const double cell = 1.34 * std::sqrt(longest2);
-  const Eigen::AlignedBox3d box = bounding_box(mesh);
-  if (!(cell > 0)) return {};
-  const Eigen::Vector3i cells = (box.sizes() / cell).array().floor().cast<int>() + 1;
-  const auto key = [&cells](const Eigen::Vector3i& c) {
-    return (static_cast<std::uint64_t>(c.x()) * static_cast<std::uint64_t>(cells.y()) + static_cast<std::uint64_t>(c.y())) *
-               static_cast<std::uint64_t>(cells.z()) +
-           static_cast<std::uint64_t>(c.z());
-  };
+
+  /// Pairs of triangles s < t that meet beyond what they share. Only those are looked at that have one in reach whose normal
+  /// differs by a right angle or may do so. All others belong to one sheet that is flat as far as they reach: two sheets that meet
+  /// face each other, or there is a third between them that does.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> crossing_pairs() const {
+    if (first_.empty()) return {};
+    const std::size_t cells = first_.size() - 1;
+    std::vector<char> bends(places_.size());
+    tbb::parallel_for(std::size_t{0}, cells, [&](std::size_t n) {
+      if (!is_flat(runs_around(n)))
+        std::fill(bends.begin() + static_cast<std::ptrdiff_t>(first_[n]),
+                  bends.begin() + static_cast<std::ptrdiff_t>(first_[n + 1]), char{1});
+    });
+    tbb::enumerable_thread_specific<std::vector<std::pair<std::uint32_t, std::uint32_t>>> found;
+    tbb::parallel_for(std::size_t{0}, cells, [&](std::size_t n) {
+      if (!bends[first_[n]]) return;
+      const Runs runs = runs_around(n);
+      for (std::size_t m = first_[n]; m < first_[n + 1]; ++m)
+        for (const auto& [begin, end] : runs)
+          for (std::size_t o = std::max(begin, m + 1); o < end; ++o)
+            if (bends[o] && boxes_[m].intersects(boxes_[o]) && cross(places_[m].triangle, places_[o].triangle))
+              found.local().push_back(std::minmax(places_[m].triangle, places_[o].triangle));
+    });
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+    for (const auto& part : found) pairs.insert(pairs.end(), part.begin(), part.end());
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
+  }
+
+private:
   struct Place {
     std::uint64_t key;
     std::uint32_t triangle;
     Eigen::Vector3i cell;
     bool operator<(const Place& other) const { return std::pair(key, triangle) < std::pair(other.key, other.triangle); }
   };
-  std::vector<Place> places(count);
-  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t t) {
-    const Eigen::Vector3d centre = (mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3 - box.min();
-    const Eigen::Vector3i c = (centre / cell).array().floor().cast<int>().max(0).min(cells.array() - 1);
-    places[t] = {key(c), static_cast<std::uint32_t>(t), c};
-  });
-  tbb::parallel_sort(places.begin(), places.end());
-  std::vector<std::size_t> first;  // places where a cell begins
-  for (std::size_t n = 0; n < count; ++n)
-    if (n == 0 || places[n].key != places[n - 1].key) first.push_back(n);
-  first.push_back(count);
+  /// Ranges of places: neighbours along z lie in one.
+  using Runs = std::array<std::pair<std::size_t, std::size_t>, 9>;
 
-  std::vector<char> bends(count);
-  tbb::parallel_for(std::size_t{0}, first.size() - 1, [&](std::size_t n) {
-    const Eigen::Vector3i c = places[first[n]].cell;
-    // The neighbours along z are one run of places.
-    std::array<std::pair<std::size_t, std::size_t>, 9> runs;
+  std::uint64_t key(const Eigen::Vector3i& c) const {
+    return (static_cast<std::uint64_t>(c.x()) * static_cast<std::uint64_t>(cells_.y()) + static_cast<std::uint64_t>(c.y())) *
+               static_cast<std::uint64_t>(cells_.z()) +
+           static_cast<std::uint64_t>(c.z());
+  }
+
+  /// True when all corners of t that are not corners of s lie on one side of the plane of s, by more than rounding.
+  bool on_one_side(std::uint32_t s, std::uint32_t t) const {
+    const Eigen::Vector3i& v = mesh_.triangles[s];
+    const Eigen::Vector3d& from = mesh_.vertices[static_cast<std::size_t>(v[0])];
+    double lowest = HUGE_VAL;
+    double highest = -HUGE_VAL;
+    for (const int corner : mesh_.triangles[t]) {
+      if (corner == v[0] || corner == v[1] || corner == v[2]) continue;
+      const double height = normals_[s].dot(mesh_.vertices[static_cast<std::size_t>(corner)] - from);
+      lowest = std::min(lowest, height);
+      highest = std::max(highest, height);
+    }
+    return lowest > clear_ || highest < -clear_;
+  }
+
+  bool cross(std::uint32_t s, std::uint32_t t) const {
+    if (on_one_side(s, t) || on_one_side(t, s)) return false;
+    const Eigen::Vector3d p[3] = {mesh_.corner(s, 0), mesh_.corner(s, 1), mesh_.corner(s, 2)};
+    const Eigen::Vector3d q[3] = {mesh_.corner(t, 0), mesh_.corner(t, 1), mesh_.corner(t, 2)};
+    return triangles_intersect(p, mesh_.triangles[s], q, mesh_.triangles[t]);
+  }
+
+  Runs runs_around(std::size_t cell) const {
+    const Eigen::Vector3i c = places_[first_[cell]].cell;
+    Runs runs{};
     std::size_t used = 0;
-    for (int a = std::max(0, c.x() - 1); a <= std::min(c.x() + 1, cells.x() - 1); ++a)
-      for (int b = std::max(0, c.y() - 1); b <= std::min(c.y() + 1, cells.y() - 1); ++b) {
+    for (int a = std::max(0, c.x() - 1); a <= std::min(c.x() + 1, cells_.x() - 1); ++a)
+      for (int b = std::max(0, c.y() - 1); b <= std::min(c.y() + 1, cells_.y() - 1); ++b) {
         const Place lo{key({a, b, std::max(0, c.z() - 1)}), 0, {}};
-        const Place hi{key({a, b, std::min(c.z() + 1, cells.z() - 1)}) + 1, 0, {}};
-        const auto begin = std::lower_bound(places.begin(), places.end(), lo);
-        const auto end = std::lower_bound(begin, places.end(), hi);
-        runs[used++] = {static_cast<std::size_t>(begin - places.begin()), static_cast<std::size_t>(end - places.begin())};
+        const Place hi{key({a, b, std::min(c.z() + 1, cells_.z() - 1)}) + 1, 0, {}};
+        const auto begin = std::lower_bound(places_.begin(), places_.end(), lo);
+        auto end = begin;
+        while (end != places_.end() && *end < hi) ++end;
+        runs[used++] = {static_cast<std::size_t>(begin - places_.begin()), static_cast<std::size_t>(end - places_.begin())};
       }
+    return runs;
+  }
+
+  /// True when all normals lie within 45 degrees of their mean, so that no two are a right angle apart.
+  bool is_flat(const Runs& runs) const {
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (std::size_t r = 0; r < used; ++r)
-      for (std::size_t m = runs[r].first; m < runs[r].second; ++m) mean += normals[places[m].triangle];
-    const double least = mean.norm() * std::numbers::sqrt2 / 2;  // all within 45 degrees of the mean: none a right angle apart
-    bool flat = least > 0;
-    for (std::size_t r = 0; r < used && flat; ++r)
-      for (std::size_t m = runs[r].first; m < runs[r].second && flat; ++m) flat = normals[places[m].triangle].dot(mean) > least;
-    if (!flat)
-      for (std::size_t m = first[n]; m < first[n + 1]; ++m) bends[places[m].triangle] = 1;
-  });
-  std::vector<std::size_t> result;
-  for (std::size_t t = 0; t < count; ++t)
-    if (bends[t]) result.push_back(t);
-  return result;
-}
+    for (const auto& [begin, end] : runs)
+      for (std::size_t m = begin; m < end; ++m) mean += normals_[places_[m].triangle];
+    const double least = mean.norm() * std::numbers::sqrt2 / 2;
+    if (!(least > 0)) return false;
+    for (const auto& [begin, end] : runs)
+      for (std::size_t m = begin; m < end; ++m)
+        if (!(normals_[places_[m].triangle].dot(mean) > least)) return false;
+    return true;
+  }
+
+  const Mesh& mesh_;
+  std::vector<Eigen::Vector3d> normals_;
+  double clear_ = 0;  ///< heights beyond it are no rounding errors
+  Eigen::Vector3i cells_ = Eigen::Vector3i::Zero();
+  std::vector<Place> places_;               ///< of each triangle, by cell
+  std::vector<Eigen::AlignedBox3d> boxes_;  ///< of the triangles in the same order
+  std::vector<std::size_t> first_;          ///< places where a cell begins, and the end
+};
 
 }  // namespace
 
 std::vector<std::size_t> crossing_triangles(const Mesh& mesh) {
-  const std::vector<std::size_t> candidates = where_it_bends(mesh);
-  Mesh bends;
-  bends.vertices = mesh.vertices;
-  for (const std::size_t t : candidates) bends.triangles.push_back(mesh.triangles[t]);
-  const auto pairs = SurfaceQuery(bends).close_pairs();
-  std::vector<char> crosses(pairs.size());
-  tbb::parallel_for(std::size_t{0}, pairs.size(), [&](std::size_t n) {
-    const auto s = static_cast<std::size_t>(pairs[n].first);
-    const auto t = static_cast<std::size_t>(pairs[n].second);
-    const Eigen::Vector3d p[3] = {bends.corner(s, 0), bends.corner(s, 1), bends.corner(s, 2)};
-    const Eigen::Vector3d q[3] = {bends.corner(t, 0), bends.corner(t, 1), bends.corner(t, 2)};
-    crosses[n] = triangles_intersect(p, bends.triangles[s], q, bends.triangles[t]);
-  });
   std::vector<std::size_t> triangles;
-  for (std::size_t n = 0; n < pairs.size(); ++n)
-    if (crosses[n]) {
-      triangles.push_back(candidates[static_cast<std::size_t>(pairs[n].first)]);
-      triangles.push_back(candidates[static_cast<std::size_t>(pairs[n].second)]);
-    }
+  for (const auto& [s, t] : TriangleCells(mesh).crossing_pairs()) {
+    triangles.push_back(s);
+    triangles.push_back(t);
+  }
   std::sort(triangles.begin(), triangles.end());
   triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
   return triangles;
@@ -222,14 +330,13 @@ std::vector<std::size_t> crossing_triangles(const Mesh& mesh) {
 CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Moments& q, const CavityOptions& options) {
   constexpr int max_rounds = 8;
   const Quadric quadric(q);
+  const Fitter fitter(surface, quadric, options.wall_mm, field.spacing_mm);
   CavityMesh result;
   Mesh all;
   for (int round = 0; round < max_rounds; ++round) {
     all = mesh_zero_set(intersect(field, quadric));
     const std::vector<Eigen::Vector3d> before = all.vertices;
-    tbb::parallel_for(std::size_t{0}, all.vertices.size(), [&](std::size_t n) {
-      all.vertices[n] = onto_surface(all.vertices[n], surface, quadric, options.wall_mm, field.spacing_mm);
-    });
+    fitter.fit(all, [](const Eigen::Vector3d&) { return true; });
     std::size_t closed = 0;
     for (const std::size_t t : crossing_triangles(all))
       for (int k = 0; k < 3; ++k) closed += close_around(field, before[static_cast<std::size_t>(all.triangles[t][k])]);
@@ -258,13 +365,14 @@ bool follow_quadric(CavityMesh& cavity, const BlockField& field, const SurfaceQu
                     const CavityOptions& options) {
   const double h = field.spacing_mm;
   const Quadric quadric(q);
-  std::vector<Eigen::Vector3d> moved = cavity.mesh.vertices;
-  tbb::parallel_for(std::size_t{0}, moved.size(), [&](std::size_t n) {
-    if (quadric.signed_distance(moved[n]) > -2 * h) moved[n] = onto_surface(moved[n], surface, quadric, options.wall_mm, h);
+  Mesh moved = cavity.mesh;
+  // With one more step around what may move, so that triangles between the moved and the others are looked at too.
+  Fitter(surface, quadric, options.wall_mm, h).fit(moved, [&](const Eigen::Vector3d& p) {
+    return quadric.signed_distance(p) > -3 * h;
   });
-  for (std::size_t n = 0; n < moved.size(); ++n)
-    if ((moved[n] - cavity.mesh.vertices[n]).norm() > 0.5 * h) return false;
-  cavity.mesh.vertices = std::move(moved);
+  for (std::size_t n = 0; n < moved.vertices.size(); ++n)
+    if ((moved.vertices[n] - cavity.mesh.vertices[n]).norm() > 0.5 * h) return false;
+  cavity.mesh = std::move(moved);
   return true;
 }
 

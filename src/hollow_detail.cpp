@@ -1,8 +1,10 @@
 #include "hollow_detail.h"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "rayrep/cavity.h"
 #include "rayrep/error.h"
@@ -12,12 +14,20 @@
 namespace rayrep::detail {
 namespace {
 
-/// The grid on which the cavity is meshed: as fine as the rays, but not finer than a printer sees, nor so coarse that the triangles
-/// between the vertices cut into the wall (a chord of length h takes h^2 / (4 wall)); up to twice as coarse for a large body, whose
-/// memory would run out.
+/// The grid on which the cavity is meshed: as fine as the rays, but not finer than a printer sees, nor so coarse that the wall's
+/// own shape is lost.
 double field_spacing(double ray_spacing_mm, double wall_mm, double size_mm) {
   const double printer_mm = std::min(0.3, size_mm / 100);
-  return std::min(std::max(ray_spacing_mm, printer_mm), std::max(0.25 * wall_mm, std::min(0.5 * wall_mm, size_mm / 500)));
+  return std::min(std::max(ray_spacing_mm, printer_mm), 0.5 * wall_mm);
+}
+
+InnerDomainOptions inner_options(const HollowOptions& options, double size_mm) {
+  InnerDomainOptions inside;
+  inside.wall_mm = options.wall_mm;
+  inside.ray_spacing_mm = size_mm / options.resolution;
+  inside.field_spacing_mm = field_spacing(inside.ray_spacing_mm, options.wall_mm, size_mm);
+  inside.min_component_mm3 = options.min_cavity_mm3;
+  return inside;
 }
 
 /// The cavity of the latest q, and the body with it as it will be stored.
@@ -67,6 +77,41 @@ private:
   bool followed_ = false;
 };
 
+/// The fixed-point iteration c = D(c), sped up by what its last steps have shown of D: Anderson's method. theory.md (16e)
+class Feedback {
+public:
+  /// @param unit  of each moment
+  explicit Feedback(const Moments& unit) : unit_(unit) {}
+
+  /// After a jump of D its past says nothing about its future.
+  void forget() { steps_.clear(); }
+
+  /// Where to go from c, given D(c).
+  Moments next(const Moments& c, const Moments& D) {
+    const auto n = static_cast<Eigen::Index>(steps_.size());
+    Eigen::MatrixXd changes(10, n);  // of D(c) - c
+    Eigen::MatrixXd changes_of_D(10, n);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const Step& step = steps_[static_cast<std::size_t>(k)];
+      changes.col(k) = ((D - c) - (step.D - step.c)).cwiseQuotient(unit_);
+      changes_of_D.col(k) = D - step.D;
+    }
+    steps_.push_back({c, D});
+    if (n == 0) return D;
+    const Moments more = changes_of_D * changes.completeOrthogonalDecomposition().solve((D - c).cwiseQuotient(unit_));
+    // Differences that are noise lead nowhere.
+    return more.cwiseQuotient(unit_).norm() < (D - c).cwiseQuotient(unit_).norm() ? Moments(D - more) : D;
+  }
+
+private:
+  struct Step {
+    Moments c;
+    Moments D;
+  };
+  Moments unit_;
+  std::vector<Step> steps_;
+};
+
 [[noreturn]] void throw_unsolved(const SolveReport& report) {
   throw Error(ErrorCode::solver, "The solver stopped before it converged: " + report.solver + " says " + report.solver_status +
                                      " after " + std::to_string(report.iterations) + " iterations with " +
@@ -94,27 +139,35 @@ Body::Body(Mesh mesh, const Eigen::Affine3d& frame, const HollowOptions& options
     : outer(std::move(mesh)),
       to_working(frame),
       working(transformed(outer, to_working)),
-      hull(boundary_of_union(outer_hull(working), progress)),
-      solid(mesh_moments(boundary_of_union(working, progress))),
+      hull(outer_hull(working)),
       surface(working) {
+  const bool has_sealed_cavities = hull.triangles.size() < working.triangles.size();
+  hull = boundary_of_union(hull, progress);
+  solid = mesh_moments(has_sealed_cavities ? boundary_of_union(working, progress) : hull);
   const Eigen::AlignedBox3d box = bounding_box(working);
   size_mm = box.sizes().maxCoeff();
   diagonal_mm = box.diagonal().norm();
   height_mm = box.sizes().z();
 
-  InnerDomainOptions inner_options;
-  inner_options.wall_mm = options.wall_mm;
-  inner_options.ray_spacing_mm = size_mm / options.resolution;
-  inner_options.field_spacing_mm = field_spacing(inner_options.ray_spacing_mm, options.wall_mm, size_mm);
-  inner_options.min_component_mm3 = options.min_cavity_mm3;
-  if (inner_options.field_spacing_mm > 0.5 * options.wall_mm || inner_options.field_spacing_mm < size_mm / 1000)
+  const InnerDomainOptions inside = inner_options(options, size_mm);
+  if (inside.field_spacing_mm < size_mm / 1000)
     throw Error(ErrorCode::goal, "A wall of " + number(options.wall_mm, 3) + " mm is too thin to be resolved in a body " +
                                      number(size_mm, 1) + " mm long: choose at least " + number(size_mm / 500, 3) +
                                      " mm (--wall). If the body is not meant to be that long, set --unit or --size.");
-  inner = inner_domain(surface, inner_options, progress);
+  inner = inner_domain(surface, inside, progress);
   if (inner.rays.intervals.empty()) throw Error(ErrorCode::goal, nothing_inside(options, progress));
   integrals.emplace(inner.rays);
   shell = solid - integrals->full();
+}
+
+bool Body::refine(const HollowOptions& options, const Progress& progress) {
+  const double finest_mm = std::max(0.25 * options.wall_mm, size_mm / 1000);
+  if (inner.field.spacing_mm < 1.2 * finest_mm) return false;
+  progress.begin("domain");
+  InnerDomainOptions finer = inner_options(options, size_mm);
+  finer.field_spacing_mm = finest_mm;
+  inner.field = inner_domain(surface, finer, progress).field;
+  return true;
 }
 
 std::string Body::nothing_inside(const HollowOptions& options, const Progress& progress) const {
@@ -132,32 +185,46 @@ std::string Body::nothing_inside(const HollowOptions& options, const Progress& p
 
 Moments solve_as_built(Body& body, InteriorSolver solver, const HollowOptions& options,
                        const std::function<double(const Moments&)>& error, HollowResult& hollow, const Progress& progress) {
+  Moments unit;
+  for (int k = 0; k < 10; ++k) unit[k] = body.solid[M1] * std::pow(body.diagonal_mm, k == M1 ? 0 : k <= MZ ? 1 : 2);
+  Feedback feedback(unit);
   Moments correction = Moments::Zero();
   Moments best_correction = correction;
   hollow.as_built_error = std::numeric_limits<double>::infinity();
-  double last_error = std::numeric_limits<double>::infinity();
+  double last_error = 0.1;
   Built built(body, options);
+  const auto start_finer = [&] {
+    if (!body.refine(options, progress)) return false;
+    built.discard();
+    feedback.forget();
+    correction.setZero();
+    return true;
+  };
   for (int pass = 1; pass <= options.max_passes; ++pass) {
     progress.begin("solve");
     InteriorSolver::Solved solved = solver.solve(body.shell + correction, progress);
     hollow.solver_iterations += solved.report.iterations;
-    hollow.passes = pass;
     if (solved.report.status != SolveStatus::converged) {
-      // At the edge of what can be met the feedback may ask for too much: keep the best so far.
-      if (pass > 1) break;
-      throw_unsolved(solved.report);
+      if (pass == 1) throw_unsolved(solved.report);
+      // At the edge of what can be met a coarse mesh asks for more than there is.
+      if (!start_finer()) break;
+      continue;
     }
+    hollow.passes = pass;
 
     progress.begin("mesh");
+    const bool had_followed = built.followed();
     built.build(solved.q);
     double e = error(built.moments());
-    // A mesh that follows cannot tear, close or show what the quadric does away from it: if the error stays, it is made anew.
-    const bool useless = built.followed() && e > 0.3 * last_error;
-    if (useless || (e <= options.as_built_tolerance && built.has_folded())) {
+    // A mesh that follows cannot tear, close or show what the quadric does away from it: where it folds, or the error stays, it is
+    // made anew, if there is a pass left to make up for the change.
+    const bool useless = had_followed && e > 0.5 * last_error;
+    if (built.followed() && pass < options.max_passes && (useless || built.has_folded())) {
       built.discard();
       built.build(solved.q);
       e = error(built.moments());
     }
+    if (!built.followed()) feedback.forget();
     if (e < hollow.as_built_error) {
       hollow.as_built_error = e;
       best_correction = correction;
@@ -170,8 +237,11 @@ Moments solve_as_built(Body& body, InteriorSolver solver, const HollowOptions& o
       hollow.removed_islands = built.cavity().removed_islands;
     }
     if (hollow.as_built_error <= options.as_built_tolerance) break;
+    // Meshed, and not much nearer than before (in the first pass 2 %): the cavities are too thin for this grid.
+    const bool stuck = !built.followed() && e > std::max(1e-3, 0.2 * last_error);
     last_error = e;
-    correction += built.moments() - solved.model;
+    if (stuck && start_finer()) continue;
+    correction = feedback.next(correction, correction + built.moments() - solved.model);
   }
   hollow.cast = body.inner.cast;
   hollow.dropped_components = body.inner.dropped_components;

@@ -34,6 +34,10 @@ struct Body {
   /// @throws Error{goal} when the wall leaves no inside or cannot be resolved
   Body(Mesh mesh, const Eigen::Affine3d& frame, const HollowOptions& options, const Progress& progress);
 
+  /// Samples the field anew on the finest grid that is of use.
+  /// @returns false when it was that fine already
+  bool refine(const HollowOptions& options, const Progress& progress);
+
 private:
   std::string nothing_inside(const HollowOptions& options, const Progress& progress) const;
 };

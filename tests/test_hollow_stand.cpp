@@ -48,7 +48,7 @@ TEST(HollowStand, ABoxBringsItsCentreOfMassDown) {
   };
   double lowest = 20;
   for (double t = w; t < 40 - w; t += 0.01) lowest = std::min(lowest, height(t));
-  EXPECT_NEAR(verdict.state.height_mm, lowest, 0.02);
+  EXPECT_NEAR(verdict.state.height_mm, lowest, 0.03);  // the edges of the cavity are chamfered over a cell of 0.6 mm
   EXPECT_NEAR(verdict.state.smallest_tipping_angle_rad, std::atan2(10, lowest), 1e-3);
 }
 
