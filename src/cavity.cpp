@@ -1,17 +1,12 @@
 #include "rayrep/cavity.h"
 
-#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
-#include <tbb/parallel_sort.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
-#include <numbers>
-#include <utility>
 #include <vector>
 
+#include "close_pairs.h"
 #include "predicates.h"
 #include "rayrep/level_set.h"
 
@@ -174,154 +169,24 @@ std::size_t close_around(BlockField& field, const Eigen::Vector3d& p) {
 
 double signed_volume(const Mesh& shell) { return mesh_moments(shell)[M1]; }
 
-/// The triangles of a mesh of about equal triangles, sorted into cells so large that two triangles that meet lie in neighbouring
-/// ones.
-class TriangleCells {
-public:
-  explicit TriangleCells(const Mesh& mesh) : mesh_(mesh) {
-    const std::size_t count = mesh.triangles.size();
-    normals_.resize(count);
-    double longest2 = 0;
-    for (std::size_t t = 0; t < count; ++t) {
-      const Eigen::Vector3d ab = mesh.corner(t, 1) - mesh.corner(t, 0);
-      const Eigen::Vector3d ac = mesh.corner(t, 2) - mesh.corner(t, 0);
-      normals_[t] = ab.cross(ac).normalized();
-      longest2 = std::max({longest2, ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
-    }
-    // Centres of triangles that meet are no farther apart than 2/3 of the longest edge, twice.
-    const double cell = 1.34 * std::sqrt(longest2);
-    const Eigen::AlignedBox3d box = bounding_box(mesh);
-    clear_ = 1e-9 * box.diagonal().norm();
-    if (!(cell > 0)) return;
-    cells_ = (box.sizes() / cell).array().floor().cast<int>() + 1;
-    places_.resize(count);
-    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t t) {
-      const Eigen::Vector3d centre = (mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3 - box.min();
-      const Eigen::Vector3i c = (centre / cell).array().floor().cast<int>().max(0).min(cells_.array() - 1);
-      places_[t] = {key(c), static_cast<std::uint32_t>(t), c};
-    });
-    tbb::parallel_sort(places_.begin(), places_.end());
-    for (std::size_t n = 0; n < count; ++n)
-      if (n == 0 || places_[n].key != places_[n - 1].key) first_.push_back(n);
-    if (count > 0) first_.push_back(count);
-    boxes_.resize(count);
-    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t n) {
-      for (int k = 0; k < 3; ++k) boxes_[n].extend(mesh.corner(places_[n].triangle, k));
-    });
-  }
-
-  /// Pairs of triangles s < t that meet beyond what they share. Only those are looked at that have one in reach whose normal
-  /// differs by a right angle or may do so. All others belong to one sheet that is flat as far as they reach: two sheets that meet
-  /// face each other, or there is a third between them that does.
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> crossing_pairs() const {
-    if (first_.empty()) return {};
-    const std::size_t cells = first_.size() - 1;
-    std::vector<char> bends(places_.size());
-    tbb::parallel_for(std::size_t{0}, cells, [&](std::size_t n) {
-      if (!is_flat(runs_around(n)))
-        std::fill(bends.begin() + static_cast<std::ptrdiff_t>(first_[n]),
-                  bends.begin() + static_cast<std::ptrdiff_t>(first_[n + 1]), char{1});
-    });
-    tbb::enumerable_thread_specific<std::vector<std::pair<std::uint32_t, std::uint32_t>>> found;
-    tbb::parallel_for(std::size_t{0}, cells, [&](std::size_t n) {
-      if (!bends[first_[n]]) return;
-      const Runs runs = runs_around(n);
-      for (std::size_t m = first_[n]; m < first_[n + 1]; ++m)
-        for (const auto& [begin, end] : runs)
-          for (std::size_t o = std::max(begin, m + 1); o < end; ++o)
-            if (bends[o] && boxes_[m].intersects(boxes_[o]) && cross(places_[m].triangle, places_[o].triangle))
-              found.local().push_back(std::minmax(places_[m].triangle, places_[o].triangle));
-    });
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
-    for (const auto& part : found) pairs.insert(pairs.end(), part.begin(), part.end());
-    std::sort(pairs.begin(), pairs.end());
-    return pairs;
-  }
-
-private:
-  struct Place {
-    std::uint64_t key;
-    std::uint32_t triangle;
-    Eigen::Vector3i cell;
-    bool operator<(const Place& other) const { return std::pair(key, triangle) < std::pair(other.key, other.triangle); }
-  };
-  /// Ranges of places: neighbours along z lie in one.
-  using Runs = std::array<std::pair<std::size_t, std::size_t>, 9>;
-
-  std::uint64_t key(const Eigen::Vector3i& c) const {
-    return (static_cast<std::uint64_t>(c.x()) * static_cast<std::uint64_t>(cells_.y()) + static_cast<std::uint64_t>(c.y())) *
-               static_cast<std::uint64_t>(cells_.z()) +
-           static_cast<std::uint64_t>(c.z());
-  }
-
-  /// True when all corners of t that are not corners of s lie on one side of the plane of s, by more than rounding.
-  bool on_one_side(std::uint32_t s, std::uint32_t t) const {
-    const Eigen::Vector3i& v = mesh_.triangles[s];
-    const Eigen::Vector3d& from = mesh_.vertices[static_cast<std::size_t>(v[0])];
-    double lowest = HUGE_VAL;
-    double highest = -HUGE_VAL;
-    for (const int corner : mesh_.triangles[t]) {
-      if (corner == v[0] || corner == v[1] || corner == v[2]) continue;
-      const double height = normals_[s].dot(mesh_.vertices[static_cast<std::size_t>(corner)] - from);
-      lowest = std::min(lowest, height);
-      highest = std::max(highest, height);
-    }
-    return lowest > clear_ || highest < -clear_;
-  }
-
-  bool cross(std::uint32_t s, std::uint32_t t) const {
-    if (on_one_side(s, t) || on_one_side(t, s)) return false;
-    const Eigen::Vector3d p[3] = {mesh_.corner(s, 0), mesh_.corner(s, 1), mesh_.corner(s, 2)};
-    const Eigen::Vector3d q[3] = {mesh_.corner(t, 0), mesh_.corner(t, 1), mesh_.corner(t, 2)};
-    return triangles_intersect(p, mesh_.triangles[s], q, mesh_.triangles[t]);
-  }
-
-  Runs runs_around(std::size_t cell) const {
-    const Eigen::Vector3i c = places_[first_[cell]].cell;
-    Runs runs{};
-    std::size_t used = 0;
-    for (int a = std::max(0, c.x() - 1); a <= std::min(c.x() + 1, cells_.x() - 1); ++a)
-      for (int b = std::max(0, c.y() - 1); b <= std::min(c.y() + 1, cells_.y() - 1); ++b) {
-        const Place lo{key({a, b, std::max(0, c.z() - 1)}), 0, {}};
-        const Place hi{key({a, b, std::min(c.z() + 1, cells_.z() - 1)}) + 1, 0, {}};
-        const auto begin = std::lower_bound(places_.begin(), places_.end(), lo);
-        auto end = begin;
-        while (end != places_.end() && *end < hi) ++end;
-        runs[used++] = {static_cast<std::size_t>(begin - places_.begin()), static_cast<std::size_t>(end - places_.begin())};
-      }
-    return runs;
-  }
-
-  /// True when all normals lie within 45 degrees of their mean, so that no two are a right angle apart.
-  bool is_flat(const Runs& runs) const {
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (const auto& [begin, end] : runs)
-      for (std::size_t m = begin; m < end; ++m) mean += normals_[places_[m].triangle];
-    const double least = mean.norm() * std::numbers::sqrt2 / 2;
-    if (!(least > 0)) return false;
-    for (const auto& [begin, end] : runs)
-      for (std::size_t m = begin; m < end; ++m)
-        if (!(normals_[places_[m].triangle].dot(mean) > least)) return false;
-    return true;
-  }
-
-  const Mesh& mesh_;
-  std::vector<Eigen::Vector3d> normals_;
-  double clear_ = 0;  ///< heights beyond it are no rounding errors
-  Eigen::Vector3i cells_ = Eigen::Vector3i::Zero();
-  std::vector<Place> places_;               ///< of each triangle, by cell
-  std::vector<Eigen::AlignedBox3d> boxes_;  ///< of the triangles in the same order
-  std::vector<std::size_t> first_;          ///< places where a cell begins, and the end
-};
-
 }  // namespace
 
 std::vector<std::size_t> crossing_triangles(const Mesh& mesh) {
+  const auto pairs = close_pairs(mesh);
+  std::vector<char> crosses(pairs.size());
+  tbb::parallel_for(std::size_t{0}, pairs.size(), [&](std::size_t n) {
+    const auto s = static_cast<std::size_t>(pairs[n].first);
+    const auto t = static_cast<std::size_t>(pairs[n].second);
+    const Eigen::Vector3d p[3] = {mesh.corner(s, 0), mesh.corner(s, 1), mesh.corner(s, 2)};
+    const Eigen::Vector3d q[3] = {mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)};
+    crosses[n] = triangles_intersect(p, mesh.triangles[s], q, mesh.triangles[t]);
+  });
   std::vector<std::size_t> triangles;
-  for (const auto& [s, t] : TriangleCells(mesh).crossing_pairs()) {
-    triangles.push_back(s);
-    triangles.push_back(t);
-  }
+  for (std::size_t n = 0; n < pairs.size(); ++n)
+    if (crosses[n]) {
+      triangles.push_back(static_cast<std::size_t>(pairs[n].first));
+      triangles.push_back(static_cast<std::size_t>(pairs[n].second));
+    }
   std::sort(triangles.begin(), triangles.end());
   triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
   return triangles;

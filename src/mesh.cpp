@@ -1,11 +1,10 @@
 #include "rayrep/mesh.h"
 
-#include <array>
 #include <bit>
 #include <cassert>
 #include <cstdint>
+#include <cstring>
 #include <numeric>
-#include <unordered_map>
 
 namespace rayrep {
 namespace {
@@ -14,6 +13,8 @@ int find_root(std::vector<int>& parent, int i) {
   while (parent[i] != i) i = parent[i] = parent[parent[i]];
   return i;
 }
+
+bool same_bits(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return std::memcmp(a.data(), b.data(), sizeof a) == 0; }
 
 }  // namespace
 
@@ -42,28 +43,39 @@ void flip(Mesh& mesh) {
 }
 
 Mesh with_merged_vertices(const Mesh& mesh) {
-  using Key = std::array<double, 3>;
-  struct Hash {
-    std::size_t operator()(const Key& key) const {
-      std::uint64_t hash = 0;
-      for (const double x : key) {
-        hash = (hash ^ std::bit_cast<std::uint64_t>(x)) * 0x9e3779b97f4a7c15u;
-        hash ^= hash >> 32;
-      }
-      return hash;
-    }
-  };
-  std::unordered_map<Key, int, Hash> numbers;
-  numbers.reserve(mesh.vertices.size());
   Mesh result;
   result.triangles.reserve(mesh.triangles.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+  // A hash table with open addressing, at most half full: numbers of new vertices, or -1.
+  std::vector<int> slots(1024, -1);
+  const auto slot_of = [&](const Eigen::Vector3d& p) -> int& {
+    std::uint64_t hash = 0;
+    for (const double x : p) {
+      hash = (hash ^ std::bit_cast<std::uint64_t>(x)) * 0x9e3779b97f4a7c15u;
+      hash ^= hash >> 32;
+    }
+    std::size_t n = hash & (slots.size() - 1);
+    while (slots[n] >= 0 && !same_bits(result.vertices[slots[n]], p)) n = (n + 1) & (slots.size() - 1);
+    return slots[n];
+  };
+  std::vector<int> numbers(mesh.vertices.size(), -1);  // of the old vertices
+  for (const auto& old : mesh.triangles) {
     Eigen::Vector3i triangle;
     for (int k = 0; k < 3; ++k) {
-      const Eigen::Vector3d p = mesh.corner(t, k).array() + 0.0;  // -0 becomes 0
-      const auto [it, added] = numbers.try_emplace({p.x(), p.y(), p.z()}, static_cast<int>(result.vertices.size()));
-      if (added) result.vertices.push_back(p);
-      triangle[k] = it->second;
+      int& number = numbers[old[k]];
+      if (number < 0) {
+        const Eigen::Vector3d p = mesh.vertices[old[k]].array() + 0.0;  // -0 becomes 0
+        int& slot = slot_of(p);
+        number = slot >= 0 ? slot : static_cast<int>(result.vertices.size());
+        if (slot < 0) {
+          slot = number;
+          result.vertices.push_back(p);
+          if (2 * result.vertices.size() > slots.size()) {
+            slots.assign(2 * slots.size(), -1);
+            for (std::size_t n = 0; n < result.vertices.size(); ++n) slot_of(result.vertices[n]) = static_cast<int>(n);
+          }
+        }
+      }
+      triangle[k] = number;
     }
     result.triangles.push_back(triangle);
   }

@@ -7,12 +7,13 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <numeric>
 #include <sstream>
 #include <utility>
 
+#include "close_pairs.h"
+#include "mesh_edges.h"
 #include "predicates.h"
 #include "rayrep/error.h"
 #include "rayrep/surface_query.h"
@@ -73,46 +74,13 @@ void drop_unused_vertices(Mesh& mesh) {
 
 // ------------------------------------------------------------------------------------------------------------------ edges
 
-/// One side of a triangle. `edge` names the undirected edge: lower vertex in the high half, higher vertex in the low half.
-struct EdgeUse {
-  std::uint64_t edge;
-  int triangle;
-  int direction;  ///< +1: from the lower vertex to the higher one
-
-  bool operator<(const EdgeUse& other) const { return edge != other.edge ? edge < other.edge : triangle < other.triangle; }
-  int low() const { return static_cast<int>(edge >> 32); }
-  int high() const { return static_cast<int>(edge & 0xFFFFFFFFu); }
-};
-
 EdgeUse edge_use(const Mesh& mesh, int triangle, int k) {
   const int a = mesh.triangles[triangle][k];
   const int b = mesh.triangles[triangle][(k + 1) % 3];
-  const auto [low, high] = std::minmax(a, b);
-  return {static_cast<std::uint64_t>(low) << 32 | static_cast<std::uint64_t>(high), triangle, a < b ? 1 : -1};
+  return {std::min(a, b), std::max(a, b), triangle, a < b ? 1 : -1};
 }
 
-/// All sides of all triangles; those of the same edge follow each other.
-std::vector<EdgeUse> sorted_edge_uses(const Mesh& mesh) {
-  std::vector<EdgeUse> uses;
-  uses.reserve(3 * mesh.triangles.size());
-  for (int t = 0; t < static_cast<int>(mesh.triangles.size()); ++t)
-    for (int k = 0; k < 3; ++k) uses.push_back(edge_use(mesh, t, k));
-  std::sort(uses.begin(), uses.end());
-  return uses;
-}
-
-/// Calls visit(begin, end) with the uses of each edge.
-template <typename Visit>
-void for_each_edge(const std::vector<EdgeUse>& uses, const Visit& visit) {
-  for (auto begin = uses.begin(); begin != uses.end();) {
-    auto end = begin;
-    while (end != uses.end() && end->edge == begin->edge) ++end;
-    visit(begin, end);
-    begin = end;
-  }
-}
-
-Vector3d midpoint(const Mesh& mesh, const EdgeUse& use) { return (mesh.vertices[use.low()] + mesh.vertices[use.high()]) / 2; }
+Vector3d midpoint(const Mesh& mesh, const EdgeUse& use) { return (mesh.vertices[use.low] + mesh.vertices[use.high]) / 2; }
 
 class UnionFind {
 public:
@@ -133,7 +101,7 @@ private:
 
 void count_edge_defects(const Mesh& mesh, MeshReport& report) {
   UnionFind components(static_cast<int>(mesh.triangles.size()));
-  for_each_edge(sorted_edge_uses(mesh), [&](auto begin, auto end) {
+  for_each_edge(mesh, [&](auto begin, auto end) {
     const auto uses = end - begin;
     if (uses == 1) note_first(report.open_edges, midpoint(mesh, *begin));
     if (uses > 2) note_first(report.non_manifold_edges, midpoint(mesh, *begin));
@@ -151,7 +119,7 @@ struct Gaps {
 
 Gaps count_unbalanced_edges(const Mesh& mesh, MeshReport& report) {
   Gaps gaps;
-  for_each_edge(sorted_edge_uses(mesh), [&](auto begin, auto end) {
+  for_each_edge(mesh, [&](auto begin, auto end) {
     int net = 0;
     for (auto use = begin; use != end; ++use) net += use->direction;
     if (net == 0) return;
@@ -205,14 +173,14 @@ Dropped drop_superfluous(Mesh& mesh, std::vector<bool>& is_flat, const std::vect
   Dropped dropped;
   if (duplicates.empty() && std::find(is_flat.begin(), is_flat.end(), true) == is_flat.end()) return dropped;
 
-  std::vector<std::pair<std::uint64_t, int>> net;  // of each edge, ascending
-  for_each_edge(sorted_edge_uses(mesh), [&](auto begin, auto end) {
-    net.emplace_back(begin->edge, 0);
+  std::vector<std::pair<std::pair<int, int>, int>> net;  // of each edge, ascending
+  for_each_edge(mesh, [&](auto begin, auto end) {
+    net.emplace_back(std::pair(begin->low, begin->high), 0);
     for (auto use = begin; use != end; ++use) net.back().second += use->direction;
   });
   const auto net_of = [&](const EdgeUse& use) -> int& {
-    return std::lower_bound(net.begin(), net.end(), use.edge, [](const auto& n, std::uint64_t edge) { return n.first < edge; })
-        ->second;
+    const std::pair edge(use.low, use.high);
+    return std::lower_bound(net.begin(), net.end(), edge, [](const auto& n, const auto& e) { return n.first < e; })->second;
   };
   std::vector<bool> gone(mesh.triangles.size(), false);
   const auto drop_if_too_many = [&](int t) {
@@ -280,14 +248,13 @@ struct Shells {
 /// patches that balance each other over non-manifold edges.
 Shells orient_neighbours(Mesh& mesh) {
   const int n = static_cast<int>(mesh.triangles.size());
-  const std::vector<EdgeUse> uses = sorted_edge_uses(mesh);
   struct Neighbour {
     int triangle;
     bool agrees;
   };
   std::vector<std::array<Neighbour, 3>> neighbours(n, {Neighbour{-1, true}, Neighbour{-1, true}, Neighbour{-1, true}});
   std::vector<int> degree(n, 0);
-  for_each_edge(uses, [&](auto begin, auto end) {
+  for_each_edge(mesh, [&](auto begin, auto end) {
     if (end - begin != 2) return;
     const int a = begin->triangle, b = (begin + 1)->triangle;
     const bool agrees = begin->direction != (begin + 1)->direction;
@@ -335,7 +302,7 @@ Shells orient_neighbours(Mesh& mesh) {
 
   UnionFind joined(patches);
   std::vector<std::pair<int, int>> net;  // patch, its balance over one edge
-  for_each_edge(sorted_edge_uses(mesh), [&](auto begin, auto end) {
+  for_each_edge(mesh, [&](auto begin, auto end) {
     if (end - begin <= 2) return;
     net.clear();
     for (auto use = begin; use != end; ++use) net.emplace_back(patch[use->triangle], use->direction);
@@ -498,7 +465,7 @@ struct PairCount {
 };
 
 void count_self_intersections(const Mesh& mesh, const std::vector<bool>& is_flat, MeshReport& report, const Progress& progress) {
-  const std::vector<std::pair<int, int>> pairs = SurfaceQuery(mesh).close_pairs();
+  const std::vector<std::pair<int, int>> pairs = close_pairs(mesh);
   const auto intersect = [&](const std::pair<int, int>& pair) {
     const auto [s, t] = pair;
     if (is_flat[s] || is_flat[t]) return false;

@@ -7,8 +7,11 @@
 #include <cstdint>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <utility>
 
+#include "close_pairs.h"
+#include "mesh_edges.h"
 #include "predicates.h"
 #include "rayrep/mesh_check.h"
 #include "rayrep/surface_query.h"
@@ -35,6 +38,9 @@ constexpr double kTouching = 1e-12;
 /// tolerance is too narrow to matter.
 constexpr double kParallel = 1e-5;
 
+/// Up to so many rays the time goes into building a tree rather than into looking at every triangle.
+constexpr std::size_t kFewRays = 32;
+
 struct Segment {
   Vector2d a, b;
 };
@@ -47,7 +53,6 @@ double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y(
 struct Frame {
   Vector3d origin, x, y, normal;
   double x1 = 0, x2 = 0, y2 = 0;
-  bool needle = false;  ///< no wider than the tolerance: the plane means nothing
 
   double distance(const Vector3d& p) const { return normal.dot(p - origin); }
   Vector2d local(const Vector3d& p) const { return {x.dot(p - origin), y.dot(p - origin)}; }
@@ -55,7 +60,7 @@ struct Frame {
   Polygon triangle() const { return {Vector2d(0, 0), Vector2d(x1, 0), Vector2d(x2, y2)}; }
 };
 
-Frame frame_of(const Vector3d& a, const Vector3d& b, const Vector3d& c, double tolerance) {
+Frame frame_of(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   Frame f;
   f.origin = a;
   f.x1 = (b - a).norm();
@@ -65,8 +70,6 @@ Frame frame_of(const Vector3d& a, const Vector3d& b, const Vector3d& c, double t
   f.y2 = rise.norm();
   f.y = f.y2 > 0 ? Vector3d(rise / f.y2) : f.x.unitOrthogonal();
   f.normal = f.x.cross(f.y);
-  const double longest = std::max({f.x1, (c - a).norm(), (c - b).norm()});
-  f.needle = f.x1 * f.y2 <= tolerance * longest;  // its smallest height is below the tolerance
   return f;
 }
 
@@ -84,6 +87,9 @@ bool overlap(const Polygon& p, const Polygon& q, double tolerance) {
   };
   return !separated(p, q) && !separated(q, p);
 }
+
+/// Nearly parallel triangles are taken to lie on each other where they are within the tolerance; others merely cross.
+bool parallel(const Frame& s, const Frame& t) { return s.normal.cross(t.normal).norm() < kParallel; }
 
 Polygon counter_clockwise(Polygon p) {
   if (cross(p[1] - p[0], p[2] - p[0]) < 0) std::swap(p[1], p[2]);
@@ -199,11 +205,18 @@ std::array<Vector2d, 4> sample_points(const Polygon& polygon) {
 class UnionBoundary {
 public:
   UnionBoundary(const Mesh& mesh, const Progress& progress)
-      : mesh_(mesh), progress_(progress), turned_(in_general_position(mesh)), surface_(turned_) {
+      : mesh_(mesh), progress_(progress), turned_(in_general_position(mesh)), cutters_(mesh.triangles.size()) {
     tolerance_mm_ = kTouching * bounding_box(turned_).diagonal().norm();
-    frames_.reserve(mesh.triangles.size());
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-      frames_.push_back(frame_of(turned_.corner(t, 0), turned_.corner(t, 1), turned_.corner(t, 2), tolerance_mm_));
+    needle_.resize(mesh.triangles.size());
+    seen_area_.resize(mesh.triangles.size());
+    tbb::parallel_for(std::size_t{0}, mesh.triangles.size(), [this](std::size_t t) {
+      const Vector3d ab = turned_.corner(t, 1) - turned_.corner(t, 0);
+      const Vector3d ac = turned_.corner(t, 2) - turned_.corner(t, 0);
+      const Vector3d area2 = ab.cross(ac);
+      const double longest2 = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
+      needle_[t] = area2.squaredNorm() <= tolerance_mm_ * tolerance_mm_ * longest2;  // the smallest height is below the tolerance
+      seen_area_[t] = std::abs(area2.z());
+    });
   }
 
   Mesh run() {
@@ -223,20 +236,23 @@ private:
 
   int size() const { return static_cast<int>(mesh_.triangles.size()); }
 
+  /// Of a triangle, in general position. That of a needle means nothing.
+  Frame frame(int t) const {
+    const Vector3i& v = mesh_.triangles[t];
+    return frame_of(turned_.vertices[v[0]], turned_.vertices[v[1]], turned_.vertices[v[2]]);
+  }
+
   /// Distances of the corners of s from the plane of t, 0 where they are shared.
-  Vector3d distances(int s, int t) const {
+  Vector3d distances(int s, int t, const Frame& frame_t) const {
     Vector3d d;
     for (int k = 0; k < 3; ++k) {
       const int v = mesh_.triangles[s][k];
-      d[k] = (mesh_.triangles[t].array() == v).any() ? 0 : frames_[t].distance(turned_.vertices[v]);
+      d[k] = (mesh_.triangles[t].array() == v).any() ? 0 : frame_t.distance(turned_.vertices[v]);
     }
     return d;
   }
 
   bool within_tolerance(const Vector3d& d) const { return d.cwiseAbs().maxCoeff() <= tolerance_mm_; }
-
-  /// Nearly parallel triangles are taken to lie on each other where they are within the tolerance; others merely cross.
-  bool parallel(int s, int t) const { return frames_[s].normal.cross(frames_[t].normal).norm() < kParallel; }
 
   Polygon projected(int s, const Frame& frame) const {
     Polygon p;
@@ -246,12 +262,14 @@ private:
 
   /// True when s and t meet beyond what they share, so that each may have to be cut by the other.
   bool cut_each_other(int s, int t) const {
-    if (frames_[s].needle || frames_[t].needle) return false;
-    const Vector3d ds = distances(s, t);
-    const Vector3d dt = distances(t, s);
+    if (needle_[s] || needle_[t]) return false;
+    const Frame frame_s = frame(s);
+    const Frame frame_t = frame(t);
+    const Vector3d ds = distances(s, t, frame_t);
+    const Vector3d dt = distances(t, s, frame_s);
     const auto apart = [this](const Vector3d& d) { return d.minCoeff() > tolerance_mm_ || d.maxCoeff() < -tolerance_mm_; };
     if (apart(ds) || apart(dt)) return false;
-    if (parallel(s, t)) return overlap(frames_[t].triangle(), counter_clockwise(projected(s, frames_[t])), tolerance_mm_);
+    if (parallel(frame_s, frame_t)) return overlap(frame_t.triangle(), counter_clockwise(projected(s, frame_t)), tolerance_mm_);
     const auto corner = [&](int triangle, int k) { return mesh_.corner(static_cast<std::size_t>(triangle), k); };
     const Vector3d p[3] = {corner(s, 0), corner(s, 1), corner(s, 2)};
     const Vector3d q[3] = {corner(t, 0), corner(t, 1), corner(t, 2)};
@@ -259,11 +277,9 @@ private:
   }
 
   void find_cutters() {
-    // Boxes in general position: sheets that lie on each other up to rounding are never missed.
-    const std::vector<std::pair<int, int>> pairs = surface_.close_pairs();
+    const std::vector<std::pair<int, int>> pairs = close_pairs(mesh_);
     std::vector<char> relevant(pairs.size());
     in_batches(pairs.size(), 1 << 18, 512, [&](std::size_t i) { relevant[i] = cut_each_other(pairs[i].first, pairs[i].second); });
-    cutters_.resize(mesh_.triangles.size());
     for (std::size_t i = 0; i < pairs.size(); ++i)
       if (relevant[i]) {
         cutters_[pairs[i].first].push_back(pairs[i].second);
@@ -283,35 +299,41 @@ private:
     }
   }
 
-  /// +1 where a line going up through t enters the material.
-  int sign_of(int t) const { return frames_[t].normal.z() > 0 ? -1 : 1; }
+  /// All crossings of a vertical line with the turned mesh, as SurfaceQuery finds them.
+  void line_hits(const Vector2d& xy, std::vector<LineHit>& hits) const {
+    if (surface_)
+      surface_->line_hits(xy, hits);
+    else
+      line_hits_brute_force(turned_, xy, hits);
+  }
 
-  /// True when the piece of triangle t around one of the points `samples` (in the frame of t) belongs to the boundary.
+  /// True when the piece of triangle t around one of the points `samples` (in its frame) belongs to the boundary.
   template <std::size_t N>
-  bool on_boundary(int t, const std::array<Vector2d, N>& samples) const {
+  bool on_boundary(int t, const Frame& frame_t, const std::array<Vector2d, N>& samples) const {
     std::vector<LineHit> hits;
+    const int sign = frame_t.normal.z() > 0 ? -1 : 1;  // +1 where a line going up through t enters the material
     bool result = false;
     for (const Vector2d& sample : samples) {
-      const Vector3d p = frames_[t].global(sample);
+      const Vector3d p = frame_t.global(sample);
       const auto closes = [&] {  // t itself counts, whether or not the line through its inside was found to hit it
-        int sum = sign_of(t);
+        int sum = sign;
         for (const LineHit& hit : hits)
           if (hit.triangle != t) sum += hit.sign;
         return sum == 0;
       };
-      surface_.line_hits(p.head<2>(), hits);
+      line_hits(p.head<2>(), hits);
       bool closed = closes();
-      if (!closed) {
-        surface_.line_hits_brute_force(p.head<2>(), hits);
+      if (!closed && surface_) {
+        line_hits_brute_force(turned_, p.head<2>(), hits);
         closed = closes();
       }
       int below = 0;
-      int step = sign_of(t);           // of the winding number, over all sheets that lie on t
+      int step = sign;                 // of the winding number, over all sheets that lie on t
       std::array<int, 2> first{t, t};  // of these, the first that enters and the first that leaves
-      first[sign_of(t) > 0 ? 1 : 0] = size();
+      first[sign > 0 ? 1 : 0] = size();
       for (const LineHit& hit : hits) {
         if (hit.triangle == t) continue;
-        const double steepness = frames_[hit.triangle].needle ? 1 : std::abs(frames_[hit.triangle].normal.z());
+        const double steepness = needle_[hit.triangle] ? 1 : std::abs(frame(hit.triangle).normal.z());
         if (std::abs(hit.z_mm - p.z()) * steepness <= tolerance_mm_) {
           step += hit.sign;
           int& f = first[hit.sign > 0 ? 0 : 1];
@@ -330,67 +352,59 @@ private:
 
   /// Patches of triangles that nothing cuts, joined over edges of exactly two triangles: one ray each.
   void classify_patches() {
-    struct Use {
-      std::uint64_t edge;
-      int triangle;
-      bool operator<(const Use& other) const { return edge != other.edge ? edge < other.edge : triangle < other.triangle; }
-    };
-    std::vector<Use> uses;
-    uses.reserve(3 * mesh_.triangles.size());
-    for (int t = 0; t < size(); ++t)
-      for (int k = 0; k < 3; ++k) {
-        const auto [low, high] = std::minmax(mesh_.triangles[t][k], mesh_.triangles[t][(k + 1) % 3]);
-        uses.push_back({static_cast<std::uint64_t>(low) << 32 | static_cast<std::uint64_t>(high), t});
-      }
-    std::sort(uses.begin(), uses.end());
     std::vector<int> parent(mesh_.triangles.size());
     std::iota(parent.begin(), parent.end(), 0);
     const auto root = [&parent](int t) {
       while (parent[t] != t) t = parent[t] = parent[parent[t]];
       return t;
     };
-    const auto uncut = [this](int t) { return cutters_[t].empty() && !frames_[t].needle; };
-    for (std::size_t i = 0; i < uses.size();) {
-      std::size_t j = i + 1;
-      while (j < uses.size() && uses[j].edge == uses[i].edge) ++j;
-      if (j == i + 2 && uncut(uses[i].triangle) && uncut(uses[i + 1].triangle)) {
-        const int a = root(uses[i].triangle);
-        const int b = root(uses[i + 1].triangle);
-        parent[std::max(a, b)] = std::min(a, b);
-      }
-      i = j;
-    }
+    const auto uncut = [this](int t) { return cutters_[t].empty() && !needle_[t]; };
+    for_each_edge(mesh_, [&](auto begin, auto end) {
+      if (end - begin != 2 || !uncut(begin->triangle) || !uncut((end - 1)->triangle)) return;
+      const int a = root(begin->triangle);
+      const int b = root((end - 1)->triangle);
+      parent[std::max(a, b)] = std::min(a, b);
+    });
 
     // The ray goes through the triangle that looks largest from above.
     std::vector<int> representative(mesh_.triangles.size(), -1);
-    const auto seen_area = [this](int t) { return frames_[t].x1 * frames_[t].y2 * std::abs(frames_[t].normal.z()); };
     for (int t = 0; t < size(); ++t)
       if (uncut(t)) {
         int& r = representative[root(t)];
-        if (r < 0 || seen_area(t) > seen_area(r)) r = t;
+        if (r < 0 || seen_area_[t] > seen_area_[r]) r = t;
       }
+    std::vector<int> patches;  // by their root
+    for (int t = 0; t < size(); ++t)
+      if (representative[t] >= 0) patches.push_back(t);
+    std::size_t pieces = 0;  // at least
+    for (const auto& cutters : cutters_)
+      if (!cutters.empty()) pieces += 1 + cutters.size();
+    if (patches.size() + pieces > kFewRays) surface_.emplace(turned_);
     std::vector<char> kept(mesh_.triangles.size(), 0);
-    in_batches(mesh_.triangles.size(), 1 << 16, 64, [&](std::size_t t) {
-      if (representative[t] >= 0) kept[t] = on_boundary(representative[t], sample_points(frames_[representative[t]].triangle()));
+    in_batches(patches.size(), 1 << 12, 1, [&](std::size_t i) {
+      const int t = representative[patches[i]];
+      const Frame frame_t = frame(t);
+      kept[patches[i]] = on_boundary(t, frame_t, sample_points(frame_t.triangle()));
     });
     whole_.resize(mesh_.triangles.size());
     for (int t = 0; t < size(); ++t) whole_[t] = uncut(t) && kept[root(t)];
   }
 
-  std::vector<Segment> cuts_of(int t) const {
+  std::vector<Segment> cuts_of(int t, const Frame& frame_t) const {
     std::vector<Segment> segments;
     for (const int s : cutters_[t]) {
-      const Polygon corners = projected(s, frames_[t]);
-      const Vector3d ds = distances(s, t);
-      if (!parallel(s, t)) {
+      const Frame frame_s = frame(s);
+      const Polygon corners = projected(s, frame_t);
+      const Vector3d ds = distances(s, t, frame_t);
+      if (!parallel(frame_s, frame_t)) {
         add_level(corners, ds, 0, segments);
         continue;
       }
       for (std::size_t k = 0; k < 3; ++k) segments.push_back({corners[k], corners[(k + 1) % 3]});
-      const Vector3d dt = distances(t, s);
+      const Vector3d dt = distances(t, s, frame_s);
       if (within_tolerance(ds) || within_tolerance(dt)) continue;
-      add_level(frames_[t].triangle(), dt, tolerance_mm_, segments);
-      add_level(frames_[t].triangle(), dt, -tolerance_mm_, segments);
+      add_level(frame_t.triangle(), dt, tolerance_mm_, segments);
+      add_level(frame_t.triangle(), dt, -tolerance_mm_, segments);
     }
     return segments;
   }
@@ -424,10 +438,11 @@ private:
     pieces_.resize(mesh_.triangles.size());
     in_batches(cut.size(), 1 << 12, 8, [&](std::size_t i) {
       const int t = cut[i];
+      const Frame frame_t = frame(t);
       std::vector<Polygon> kept;
       bool all = true;
-      for_each_piece(frames_[t].triangle(), cuts_of(t), tolerance_mm_, [&](const Polygon& piece) {
-        if (on_boundary(t, sample_points(piece)))
+      for_each_piece(frame_t.triangle(), cuts_of(t, frame_t), tolerance_mm_, [&](const Polygon& piece) {
+        if (on_boundary(t, frame_t, sample_points(piece)))
           kept.push_back(piece);
         else
           all = false;
@@ -440,7 +455,7 @@ private:
   }
 
   Mesh assemble() const {
-    const auto lost = [this](int t) { return !whole_[t] && !frames_[t].needle; };
+    const auto lost = [this](int t) { return !whole_[t] && !needle_[t]; };
     bool unchanged = true;
     for (int t = 0; t < size() && unchanged; ++t) unchanged = !lost(t);
     if (unchanged) return mesh_;
@@ -461,14 +476,16 @@ private:
         }
         result.triangles.push_back(triangle);
       }
+      if (pieces_[t].empty()) continue;
+      const Frame frame_t = frame(t);
       const Vector3d& a = mesh_.vertices[v[0]];
       const Vector3d ab = mesh_.vertices[v[1]] - a;
       const Vector3d ac = mesh_.vertices[v[2]] - a;
       for (const Polygon& piece : pieces_[t]) {
         const int first = static_cast<int>(result.vertices.size());
         for (const Vector2d& p : piece) {
-          const double along_ac = p.y() / frames_[t].y2;
-          const double along_ab = (p.x() - along_ac * frames_[t].x2) / frames_[t].x1;
+          const double along_ac = p.y() / frame_t.y2;
+          const double along_ab = (p.x() - along_ac * frame_t.x2) / frame_t.x1;
           result.vertices.push_back(a + along_ab * ab + along_ac * ac);
         }
         for (int k = 1; k + 1 < static_cast<int>(piece.size()); ++k) result.triangles.emplace_back(first, first + k, first + k + 1);
@@ -480,9 +497,10 @@ private:
   const Mesh& mesh_;
   const Progress& progress_;
   Mesh turned_;
-  SurfaceQuery surface_;
+  std::optional<SurfaceQuery> surface_;  ///< of the turned mesh, when there are more than a few rays
   double tolerance_mm_ = 0;
-  std::vector<Frame> frames_;                 ///< of each triangle, in general position
+  std::vector<char> needle_;                  ///< triangles no wider than the tolerance: their planes mean nothing
+  std::vector<double> seen_area_;             ///< twice the area of each triangle as seen from above, in general position
   std::vector<std::vector<int>> cutters_;     ///< of each triangle, those that meet it beyond shared corners and edges
   std::vector<char> whole_;                   ///< triangles that belong to the boundary entirely
   std::vector<std::vector<Polygon>> pieces_;  ///< parts of other triangles that do, in their frames

@@ -242,6 +242,11 @@ bool triangles_intersect(const Vector3d p[3], const Eigen::Vector3i& ip, const V
       }
 
   if (shared == 3) return false;
+  for (int axis = 0; axis < 3; ++axis) {  // boxes apart
+    const auto [p_low, p_high] = std::minmax({p[0][axis], p[1][axis], p[2][axis]});
+    const auto [q_low, q_high] = std::minmax({q[0][axis], q[1][axis], q[2][axis]});
+    if (p_high < q_low || q_high < p_low) return false;
+  }
 
   if (shared == 2) {  // they overlap only when folded flat onto each other
     const int i = static_cast<int>(std::find(p_shared.begin(), p_shared.end(), false) - p_shared.begin());

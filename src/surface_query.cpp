@@ -1,12 +1,12 @@
 #include "rayrep/surface_query.h"
 
 #include <embree3/rtcore.h>
-#include <tbb/enumerable_thread_specific.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "rayrep/error.h"
 
@@ -103,9 +103,17 @@ float search_radius(double distance_mm, double slack_mm) { return static_cast<fl
 
 void consider(ClosestContext& context, int triangle) {
   const Eigen::Vector3i& v = context.mesh->triangles[triangle];
+  const Eigen::Vector3d& a = context.mesh->vertices[v[0]];
+  const Eigen::Vector3d& b = context.mesh->vertices[v[1]];
+  const Eigen::Vector3d& c = context.mesh->vertices[v[2]];
+  // Not even its plane is near enough. Of a needle, whose plane rounding has tilted, this is not asked.
+  const Eigen::Vector3d normal = (b - a).cross(c - a);
+  const double area2 = normal.squaredNorm();
+  const double height = normal.dot(context.p - a);
+  const double reach = (1 + 1e-6) * context.best.distance_mm;
+  if (height * height > reach * reach * area2 && area2 > 1e-10 * (b - a).squaredNorm() * (c - a).squaredNorm()) return;
   Eigen::Vector3d nearest;
-  const double d = point_triangle_distance(context.p, context.mesh->vertices[v[0]], context.mesh->vertices[v[1]],
-                                           context.mesh->vertices[v[2]], &nearest);
+  const double d = point_triangle_distance(context.p, a, b, c, &nearest);
   if (d < context.best.distance_mm ||
       (d == context.best.distance_mm && (context.best.triangle < 0 || triangle < context.best.triangle)))
     context.best = {d, nearest, triangle};
@@ -118,53 +126,6 @@ bool closest_callback(RTCPointQueryFunctionArguments* args) {
   if (context.best.distance_mm >= before) return false;
   args->query->radius = search_radius(context.best.distance_mm, context.slack_mm);
   return true;
-}
-
-float round_down(double x) { return std::nextafter(static_cast<float>(x), -std::numeric_limits<float>::infinity()); }
-float round_up(double x) { return std::nextafter(static_cast<float>(x), std::numeric_limits<float>::infinity()); }
-
-void triangle_bounds(const RTCBoundsFunctionArguments* args) {
-  const auto& mesh = *static_cast<const Mesh*>(args->geometryUserPtr);
-  const auto& v = mesh.triangles[args->primID];
-  const Eigen::Vector3d lo = mesh.vertices[v[0]].cwiseMin(mesh.vertices[v[1]]).cwiseMin(mesh.vertices[v[2]]);
-  const Eigen::Vector3d hi = mesh.vertices[v[0]].cwiseMax(mesh.vertices[v[1]]).cwiseMax(mesh.vertices[v[2]]);
-  *args->bounds_o = {round_down(lo.x()), round_down(lo.y()), round_down(lo.z()), 0,
-                     round_up(hi.x()),   round_up(hi.y()),   round_up(hi.z()),   0};
-}
-
-using PairList = std::vector<std::pair<int, int>>;
-
-struct PairSearch {
-  const Mesh& mesh;
-  double clear_mm;  ///< distances beyond this are no rounding errors
-  tbb::enumerable_thread_specific<PairList> found;
-};
-
-/// True when all corners of t that are not corners of s lie on one side of the plane of s, clear of it.
-bool on_one_side(const PairSearch& search, unsigned s, unsigned t) {
-  const Eigen::Vector3i& v = search.mesh.triangles[s];
-  const Eigen::Vector3d& a = search.mesh.vertices[v[0]];
-  const Eigen::Vector3d normal = (search.mesh.vertices[v[1]] - a).cross(search.mesh.vertices[v[2]] - a);
-  const double clear = search.clear_mm * normal.norm();
-  bool above = true;
-  bool below = true;
-  for (const int corner : search.mesh.triangles[t]) {
-    if (corner == v[0] || corner == v[1] || corner == v[2]) continue;
-    const double height = normal.dot(search.mesh.vertices[corner] - a);
-    above = above && height > clear;
-    below = below && height < -clear;
-  }
-  return above != below;
-}
-
-void collect_pairs(void* user, RTCCollision* collisions, unsigned count) {
-  auto& search = *static_cast<PairSearch*>(user);
-  PairList& local = search.found.local();
-  for (unsigned n = 0; n < count; ++n) {
-    const auto [i, j] = std::minmax(collisions[n].primID0, collisions[n].primID1);
-    if (i != j && !on_one_side(search, i, j) && !on_one_side(search, j, i))
-      local.emplace_back(static_cast<int>(i), static_cast<int>(j));
-  }
 }
 
 struct Device {
@@ -277,33 +238,22 @@ void SurfaceQuery::line_hits(const Eigen::Vector2d& xy, std::vector<LineHit>& hi
 }
 
 void SurfaceQuery::line_hits_brute_force(const Eigen::Vector2d& xy, std::vector<LineHit>& hits) const {
-  hits.clear();
-  for (std::size_t t = 0; t < impl_->mesh.triangles.size(); ++t) add_line_hit(impl_->mesh, static_cast<int>(t), xy, hits);
-  sort_hits(hits);
+  rayrep::line_hits_brute_force(impl_->mesh, xy, hits);
 }
 
-std::vector<std::pair<int, int>> SurfaceQuery::close_pairs() const {
-  if (impl_->mesh.triangles.empty()) return {};
-  const Device device;
-  RTCGeometry geometry = rtcNewGeometry(device.handle, RTC_GEOMETRY_TYPE_USER);
-  rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(impl_->mesh.triangles.size()));
-  rtcSetGeometryUserData(geometry, &impl_->mesh);
-  rtcSetGeometryBoundsFunction(geometry, triangle_bounds, nullptr);
-  rtcCommitGeometry(geometry);
-  RTCScene scene = rtcNewScene(device.handle);
-  rtcAttachGeometry(scene, geometry);
-  rtcReleaseGeometry(geometry);
-  rtcCommitScene(scene);
-  PairSearch search{impl_->mesh, 1e-9 * bounding_box(impl_->mesh).diagonal().norm(), {}};
-  rtcCollide(scene, scene, collect_pairs, &search);
-  rtcReleaseScene(scene);
-  device.check();
-
-  PairList pairs;
-  for (const PairList& part : search.found) pairs.insert(pairs.end(), part.begin(), part.end());
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  return pairs;
+void line_hits_brute_force(const Mesh& mesh, const Eigen::Vector2d& xy, std::vector<LineHit>& hits) {
+  hits.clear();
+  for (std::size_t n = 0; n < mesh.triangles.size(); ++n) {
+    const Eigen::Vector3i& t = mesh.triangles[n];
+    const Eigen::Vector3d& a = mesh.vertices[t[0]];
+    const Eigen::Vector3d& b = mesh.vertices[t[1]];
+    const Eigen::Vector3d& c = mesh.vertices[t[2]];
+    const bool beside =
+        (a.x() < xy.x() && b.x() < xy.x() && c.x() < xy.x()) || (a.x() > xy.x() && b.x() > xy.x() && c.x() > xy.x()) ||
+        (a.y() < xy.y() && b.y() < xy.y() && c.y() < xy.y()) || (a.y() > xy.y() && b.y() > xy.y() && c.y() > xy.y());
+    if (!beside) add_line_hit(mesh, static_cast<int>(n), xy, hits);
+  }
+  sort_hits(hits);
 }
 
 double point_triangle_distance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,

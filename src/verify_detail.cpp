@@ -1,18 +1,24 @@
 #include "verify_detail.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <map>
+#include <numeric>
+#include <optional>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "mesh_edges.h"
 #include "rayrep/error.h"
 #include "rayrep/mesh_check.h"
 #include "rayrep/surface_query.h"
@@ -30,36 +36,54 @@ struct Match {
   std::vector<std::size_t> missing;  // of the original
 };
 
-Match match(const Mesh& delivered, const Mesh& original) {
-  using Corner = std::array<float, 3>;
-  struct Hash {
-    std::size_t operator()(const Corner& c) const {
-      std::uint64_t hash = 0;
-      for (const float x : c) hash = (hash ^ std::bit_cast<std::uint32_t>(x)) * 0x9e3779b97f4a7c15u;
-      return hash ^ hash >> 32;
+template <typename Number>
+struct Hash {
+  std::size_t operator()(const std::array<Number, 3>& key) const {
+    std::uint64_t hash = 0;
+    for (const Number x : key) {
+      hash = (hash ^ std::bit_cast<std::uint32_t>(x)) * 0x9e3779b97f4a7c15u;
+      hash ^= hash >> 32;
     }
-  };
-  std::unordered_map<Corner, int, Hash> corners;
-  corners.reserve(original.vertices.size());
-  const auto key = [&corners](const Mesh& mesh, std::size_t t) {
-    std::array<int, 3> numbers;
-    for (int k = 0; k < 3; ++k) {
-      const Eigen::Vector3f p = mesh.corner(t, k).cast<float>().array() + 0.0f;  // -0 becomes 0
-      numbers[k] = corners.try_emplace({p.x(), p.y(), p.z()}, static_cast<int>(corners.size())).first->second;
-    }
-    std::sort(numbers.begin(), numbers.end());
-    return numbers;
-  };
-  std::map<std::array<int, 3>, std::vector<std::size_t>> expected;
-  for (std::size_t t = 0; t < original.triangles.size(); ++t) expected[key(original, t)].push_back(t);
-  Match result;
-  for (std::size_t t = 0; t < delivered.triangles.size(); ++t) {
-    const auto found = expected.find(key(delivered, t));
-    const bool is_known = found != expected.end() && !found->second.empty();
-    if (is_known) found->second.pop_back();
-    result.delivered.push_back(is_known);
+    return hash;
   }
-  for (const auto& [corner, left] : expected) result.missing.insert(result.missing.end(), left.begin(), left.end());
+};
+
+std::array<float, 3> as_stored(const Eigen::Vector3d& p) {
+  const Eigen::Vector3f q = p.cast<float>().array() + 0.0f;  // -0 becomes 0
+  return {q.x(), q.y(), q.z()};
+}
+
+Match match(const Mesh& delivered, const Mesh& original) {
+  std::unordered_map<std::array<float, 3>, int, Hash<float>> points;
+  points.reserve(original.vertices.size());
+  const auto key = [](const Eigen::Vector3i& t, const std::vector<int>& numbers) {
+    std::array<int, 3> corners{numbers[t[0]], numbers[t[1]], numbers[t[2]]};
+    std::sort(corners.begin(), corners.end());
+    return corners;
+  };
+  std::vector<int> numbers;  // of the vertices, by their points
+  for (const auto& v : original.vertices)
+    numbers.push_back(points.try_emplace(as_stored(v), static_cast<int>(points.size())).first->second);
+  std::unordered_map<std::array<int, 3>, std::vector<std::size_t>, Hash<int>> expected;
+  expected.reserve(original.triangles.size());
+  for (std::size_t t = 0; t < original.triangles.size(); ++t) expected[key(original.triangles[t], numbers)].push_back(t);
+
+  numbers.resize(delivered.vertices.size());
+  tbb::parallel_for(std::size_t{0}, numbers.size(), [&](std::size_t v) {
+    const auto found = points.find(as_stored(delivered.vertices[v]));
+    numbers[v] = found == points.end() ? -1 : found->second;
+  });
+  Match result;
+  result.delivered.resize(delivered.triangles.size(), false);
+  for (std::size_t t = 0; t < delivered.triangles.size(); ++t) {
+    const std::array<int, 3> corners = key(delivered.triangles[t], numbers);
+    if (corners[0] < 0) continue;
+    const auto found = expected.find(corners);
+    if (found == expected.end() || found->second.empty()) continue;
+    found->second.pop_back();
+    result.delivered[t] = true;
+  }
+  for (const auto& [corners, left] : expected) result.missing.insert(result.missing.end(), left.begin(), left.end());
   std::sort(result.missing.begin(), result.missing.end());
   return result;
 }
@@ -84,10 +108,22 @@ struct Shells {
   std::vector<Shell> shells;
 };
 
+// Some triangles of a mesh, with the vertices that they use, in the order of those.
 Mesh part(const Mesh& mesh, const std::vector<int>& triangles) {
+  std::vector<int> number(mesh.vertices.size(), -1);
+  for (const int t : triangles)
+    for (const int v : mesh.triangles[t]) number[v] = 0;
   Mesh result;
-  result.vertices = mesh.vertices;
-  for (const int t : triangles) result.triangles.push_back(mesh.triangles[t]);
+  for (std::size_t v = 0; v < number.size(); ++v)
+    if (number[v] == 0) {
+      number[v] = static_cast<int>(result.vertices.size());
+      result.vertices.push_back(mesh.vertices[v]);
+    }
+  result.triangles.reserve(triangles.size());
+  for (const int t : triangles) {
+    const Eigen::Vector3i& v = mesh.triangles[t];
+    result.triangles.emplace_back(number[v[0]], number[v[1]], number[v[2]]);
+  }
   return result;
 }
 
@@ -99,15 +135,6 @@ double signed_volume(const Mesh& mesh, const std::vector<int>& triangles) {
   return volume;
 }
 
-// Vertices of some triangles, each once, ascending.
-std::vector<int> vertices_of(const Mesh& mesh, const std::vector<int>& triangles) {
-  std::vector<int> vertices;
-  for (const int t : triangles) vertices.insert(vertices.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
-  std::sort(vertices.begin(), vertices.end());
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-  return vertices;
-}
-
 // The hits of the vertical line through p, by every triangle where the quick answer does not close.
 void closed_line_hits(const SurfaceQuery& surface, const Eigen::Vector3d& p, std::vector<LineHit>& hits) {
   surface.line_hits(p.head<2>(), hits);
@@ -116,15 +143,32 @@ void closed_line_hits(const SurfaceQuery& surface, const Eigen::Vector3d& p, std
   if (sum != 0) surface.line_hits_brute_force(p.head<2>(), hits);
 }
 
+// Vertical lines through a mesh. The first few look at every triangle: for them a tree does not pay.
+class Lines {
+public:
+  explicit Lines(const Mesh& mesh) : mesh_(mesh) {}
+
+  void hits(const Eigen::Vector3d& p, std::vector<LineHit>& hits) {
+    if (!surface_ && few_-- > 0) return line_hits_brute_force(mesh_, p.head<2>(), hits);
+    if (!surface_) surface_.emplace(mesh_);
+    closed_line_hits(*surface_, p, hits);
+  }
+
+private:
+  const Mesh& mesh_;
+  int few_ = 16;
+  std::optional<SurfaceQuery> surface_;
+};
+
 // What lies around a point of a shell, the shell itself left aside.
 struct Surroundings {
   int winding = 0;        // > 0: material
   bool enclosed = false;  // something goes around it, be it material or a cavity
 };
 
-Surroundings surroundings(const SurfaceQuery& surface, const Shells& all, int shell, const Eigen::Vector3d& p) {
+Surroundings surroundings(Lines& lines, const Shells& all, int shell, const Eigen::Vector3d& p) {
   std::vector<LineHit> hits;
-  closed_line_hits(surface, p, hits);
+  lines.hits(p, hits);
   std::map<int, int> windings;
   for (const LineHit& hit : hits)
     if (const int other = all.of_triangle[hit.triangle]; other != shell && hit.z_mm < p.z()) windings[other] += hit.sign;
@@ -137,72 +181,107 @@ Surroundings surroundings(const SurfaceQuery& surface, const Shells& all, int sh
 }
 
 Shells find_shells(const Mesh& mesh, const std::vector<bool>& known, const Progress& progress) {
-  Mesh rest = mesh;
-  std::vector<int> back;
-  rest.triangles.clear();
+  std::vector<int> rest;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    if (!known[t]) {
-      rest.triangles.push_back(mesh.triangles[t]);
-      back.push_back(static_cast<int>(t));
-    }
-  const Components components = connected_components(rest);
+    if (!known[t]) rest.push_back(static_cast<int>(t));
+  const Components components = connected_components(part(mesh, rest));
   Shells result;
   result.of_triangle.assign(mesh.triangles.size(), -1);
   result.shells.resize(components.count);
-  for (std::size_t i = 0; i < back.size(); ++i) {
-    result.of_triangle[back[i]] = components.of_triangle[i];
-    result.shells[components.of_triangle[i]].triangles.push_back(back[i]);
+  for (std::size_t i = 0; i < rest.size(); ++i) {
+    result.of_triangle[rest[i]] = components.of_triangle[i];
+    result.shells[components.of_triangle[i]].triangles.push_back(rest[i]);
   }
 
-  const SurfaceQuery surface(mesh);
+  Lines lines(mesh);
   for (int s = 0; s < components.count; ++s) {
     progress.check();
     Shell& shell = result.shells[s];
     const bool inward = signed_volume(mesh, shell.triangles) < 0;
-    const Surroundings around = surroundings(surface, result, s, mesh.corner(shell.triangles.front(), 0));
+    const Surroundings around = surroundings(lines, result, s, mesh.corner(shell.triangles.front(), 0));
     if (inward) {
       shell.kind = around.winding > 0 ? ShellKind::cavity : ShellKind::inside_out;
     } else if (around.enclosed && around.winding <= 0) {
       // A strut that reaches from a cavity into the wall is no island: every vertex must lie in the open.
-      const std::vector<int> vertices = vertices_of(mesh, shell.triangles);
-      const bool free = std::all_of(vertices.begin(), vertices.end(),
-                                    [&](int v) { return surroundings(surface, result, s, mesh.vertices[v]).winding <= 0; });
+      const Mesh alone = part(mesh, shell.triangles);
+      const bool free = std::all_of(alone.vertices.begin(), alone.vertices.end(),
+                                    [&](const Eigen::Vector3d& v) { return surroundings(lines, result, s, v).winding <= 0; });
       shell.kind = free ? ShellKind::island : ShellKind::outer;
     }
   }
   return result;
 }
 
-// Smallest distance from the cavities' vertices to the outer surface, negative where one lies outside of it.
-double smallest_wall(const Mesh& mesh, const std::vector<int>& cavity_vertices, const Mesh& outer, const Progress& progress) {
-  if (cavity_vertices.empty()) return kInfinity;
-  const SurfaceQuery surface(outer);
-  const double diagonal = bounding_box(mesh).diagonal().norm();
+// Calls body(begin, end, smallest) for blocks of 0 <= i < count in parallel, each with the smallest of what is known from blocks
+// before; body makes that smaller. Nothing depends on the number of threads.
+template <typename Body>
+double smallest_over_blocks(std::size_t count, double smallest, const Progress& progress, const Body& body) {
   constexpr std::size_t block = 512;
   constexpr std::size_t blocks_at_once = 32;
-  double smallest = kInfinity;
-  for (std::size_t first = 0; first < cavity_vertices.size(); first += block * blocks_at_once) {
+  for (std::size_t first = 0; first < count; first += block * blocks_at_once) {
     progress.check();
-    // Fixed blocks, each with what is known from the blocks before: nothing depends on the number of threads.
     std::vector<double> found(blocks_at_once, smallest);
     tbb::parallel_for(std::size_t{0}, blocks_at_once, [&](std::size_t b) {
-      std::vector<LineHit> hits;
-      const std::size_t end = std::min(first + (b + 1) * block, cavity_vertices.size());
-      for (std::size_t i = first + b * block; i < end; ++i) {
-        const Eigen::Vector3d& p = mesh.vertices[cavity_vertices[i]];
-        closed_line_hits(surface, p, hits);
-        int winding = 0;
-        for (const LineHit& hit : hits)
-          if (hit.z_mm < p.z()) winding += hit.sign;
-        const bool inside = winding > 0;
-        if (inside && found[b] <= 0) continue;
-        const double distance = surface.closest(p, inside ? std::min(found[b], diagonal) : diagonal).distance_mm;
-        found[b] = std::min(found[b], inside ? distance : -distance);
-      }
+      body(std::min(first + b * block, count), std::min(first + (b + 1) * block, count), found[b]);
     });
     smallest = *std::min_element(found.begin(), found.end());
   }
   return smallest;
+}
+
+// For each vertex one that lies on the same side of a surface: ends of edges shorter than the distance of both from it do.
+std::vector<int> on_the_same_side(const Mesh& mesh, double distance_mm) {
+  std::vector<int> parent(mesh.vertices.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&parent](int v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  if (!(distance_mm > 0)) return parent;
+  for (const auto& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const int a = t[k];
+      const int b = t[(k + 1) % 3];
+      if (a > b || (mesh.vertices[a] - mesh.vertices[b]).squaredNorm() >= distance_mm * distance_mm) continue;
+      const int root_a = root(a);
+      const int root_b = root(b);
+      parent[std::max(root_a, root_b)] = std::min(root_a, root_b);
+    }
+  for (std::size_t v = 0; v < parent.size(); ++v) parent[v] = parent[parent[v]];
+  return parent;
+}
+
+// Smallest distance from the cavities' vertices to the outer surface, negative where one lies outside of it.
+double smallest_wall(const Mesh& cavities, const Mesh& outer, const Progress& progress) {
+  if (cavities.vertices.empty()) return kInfinity;
+  const SurfaceQuery surface(outer);
+  Eigen::AlignedBox3d box = bounding_box(outer);
+  box.extend(bounding_box(cavities));
+  const double diagonal = box.diagonal().norm();
+  const std::size_t count = cavities.vertices.size();
+  const double nearest = smallest_over_blocks(count, diagonal, progress, [&](std::size_t begin, std::size_t end, double& smallest) {
+    for (std::size_t v = begin; v < end && smallest > 0; ++v)
+      smallest = std::min(smallest, surface.closest(cavities.vertices[v], smallest).distance_mm);
+  });
+  // SurfaceQuery may be wrong about which triangle is nearest by 1e-6 of the diagonal. A surface with holes has no sides.
+  const std::vector<int> representative = on_the_same_side(cavities, unbalanced_edges(outer) == 0 ? nearest - 1e-5 * diagonal : 0);
+  std::vector<char> outside(count);
+  smallest_over_blocks(count, 0, progress, [&](std::size_t begin, std::size_t end, double&) {
+    std::vector<LineHit> hits;
+    for (std::size_t v = begin; v < end; ++v) {
+      if (representative[v] != static_cast<int>(v)) continue;
+      const Eigen::Vector3d& p = cavities.vertices[v];
+      closed_line_hits(surface, p, hits);
+      int winding = 0;
+      for (const LineHit& hit : hits)
+        if (hit.z_mm < p.z()) winding += hit.sign;
+      outside[v] = winding <= 0;
+    }
+  });
+  return smallest_over_blocks(count, nearest, progress, [&](std::size_t begin, std::size_t end, double& smallest) {
+    for (std::size_t v = begin; v < end; ++v)
+      if (outside[representative[v]]) smallest = std::min(smallest, -surface.closest(cavities.vertices[v], diagonal).distance_mm);
+  });
 }
 
 double largest_distance(const std::vector<Eigen::Vector3d>& points, const Mesh& from) {
@@ -224,7 +303,7 @@ double outer_deviation(const Mesh& mesh, const Mesh& original, const std::vector
   std::vector<Eigen::Vector3d> added;
   for (const Shell& shell : shells.shells)
     if (shell.kind == ShellKind::outer)
-      for (const int v : vertices_of(mesh, shell.triangles)) added.push_back(mesh.vertices[v]);
+      for (const auto& v : part(mesh, shell.triangles).vertices) added.push_back(v);
   const double lost = gone.empty() ? 0 : largest_distance(gone, mesh);
   const double gained = added.empty() ? 0 : largest_distance(added, original);
   return std::max(lost, gained);
@@ -249,23 +328,20 @@ Mesh merged_mesh(const Mesh& mesh) {
 }
 
 std::size_t unbalanced_edges(const Mesh& mesh) {
-  std::vector<std::pair<std::uint64_t, int>> runs;
-  runs.reserve(3 * mesh.triangles.size());
-  for (const auto& t : mesh.triangles)
-    for (int k = 0; k < 3; ++k) {
-      const auto [low, high] = std::minmax(t[k], t[(k + 1) % 3]);
-      if (low != high)
-        runs.emplace_back(static_cast<std::uint64_t>(low) << 32 | static_cast<std::uint64_t>(high), t[k] == low ? 1 : -1);
-    }
-  std::sort(runs.begin(), runs.end());
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < runs.size();) {
-    int balance = 0;
-    const std::uint64_t edge = runs[i].first;
-    for (; i < runs.size() && runs[i].first == edge; ++i) balance += runs[i].second;
-    count += balance != 0;
-  }
-  return count;
+  const VertexCorners at(mesh);
+  return tbb::parallel_reduce(
+      tbb::blocked_range<int>(0, static_cast<int>(mesh.vertices.size()), 1024), std::size_t{0},
+      [&](const tbb::blocked_range<int>& range, std::size_t count) {
+        std::vector<EdgeUse> uses;
+        for (int low = range.begin(); low < range.end(); ++low)
+          for_each_edge_from(mesh, at, low, uses, [&count](auto begin, auto end) {
+            int balance = 0;
+            for (auto use = begin; use != end; ++use) balance += use->direction;
+            count += balance != 0;
+          });
+        return count;
+      },
+      std::plus<>());
 }
 
 Mesh material_of(const Mesh& mesh, bool closed, const Progress& progress) {
@@ -321,7 +397,7 @@ Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progres
     if (shell.kind == ShellKind::inside_out) surface.inside_out_edges += shell.triangles.size() * 3 / 2;
   }
   surface.outer = part(mesh, outer_triangles);
-  verdict.smallest_wall_mm = smallest_wall(mesh, vertices_of(mesh, cavity_triangles), surface.outer, progress);
+  verdict.smallest_wall_mm = smallest_wall(part(mesh, cavity_triangles), surface.outer, progress);
   if (original) verdict.outer_deviation_mm = outer_deviation(mesh, *original, matched.missing, shells);
   return surface;
 }

@@ -33,6 +33,7 @@ const std::map<std::string, Unit> kUnits = {
     {"ray_rep", {0, {}}},
     {"block_field", {0, {}}},
     {"materials", {0, {"error"}}},
+    {"mesh_edges", {0, {"mesh"}}},
     {"predicates", {0, {}}},
     {"text", {0, {}}},
     // 1: files and physics of triangles
@@ -45,6 +46,7 @@ const std::map<std::string, Unit> kUnits = {
     {"mesh_io_polygon", {1, {"mesh_io_detail"}}},
     {"mesh_io_stl", {1, {"mesh_io_detail"}}},
     {"mesh_io_text", {1, {"mesh_io_detail"}}},
+    {"close_pairs", {1, {}}},
     {"moments", {1, {}}},
     {"hydrostatics", {1, {"moments"}}},
     {"inertial", {1, {"moments"}}},

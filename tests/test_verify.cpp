@@ -234,6 +234,84 @@ TEST(VerifyFloat, CavityThroughTheOuterSurfaceHasANegativeWall) {
   EXPECT_FALSE(criterion(verdict, "wall").pass());
 }
 
+// Distance of p from the surface of the box, negative outside.
+double depth_in_box(const Eigen::Vector3d& p, const Eigen::Vector3d& min, const Eigen::Vector3d& max) {
+  const Eigen::Vector3d inside = (p - min).cwiseMin(max - p);
+  return inside.minCoeff() >= 0 ? inside.minCoeff() : -inside.cwiseMin(0).norm();
+}
+
+TEST(VerifyFloat, TheWallIsTheSmallestDepthOfAllCavityVertices) {
+  // Cavities of every size and fineness, inside, through the outer surface and outside of it: whatever is concluded from one vertex
+  // for its neighbours, no vertex must be left out.
+  const Boat boat;
+  const Mesh outer = Boat::outer();
+  const Eigen::Vector3d min(-30, -20, 0), max(30, 20, 30);
+  test::Random random(7);
+  int poking = 0;
+  for (std::uint64_t n = 0; n < 60; ++n) {
+    const Eigen::Vector3d at(80 * random.uniform() - 40, 60 * random.uniform() - 30, 50 * random.uniform() - 10);
+    const double radius = 1 + 14 * random.uniform();
+    const Mesh cavity = test::rotated(test::icosphere(radius, static_cast<int>(n % 5)), test::random_rotation(n));
+    const Mesh second = test::moved(test::box({-5, -4, -3}, {5, 4, 3}), {0, 0, 15});
+    const Mesh delivered = test::merged({outer, test::flipped(second), test::flipped(test::moved(cavity, at))});
+    const FloatVerdict verdict = verify_float(delivered, &outer, boat.goal);
+    double expected = depth_in_box({5, 4, 12}, min, max);
+    for (const auto& v : cavity.vertices) expected = std::min(expected, depth_in_box(v + at, min, max));
+    if (verdict.cavities == 1) continue;  // told from one corner, which lies outside or in the other cavity
+    ASSERT_EQ(verdict.cavities, 2u);
+    EXPECT_NEAR(verdict.smallest_wall_mm, expected, 1e-4) << n;
+    poking += expected < 0;
+  }
+  EXPECT_GT(poking, 10);
+}
+
+TEST(VerifyFloat, LongEdgesThroughTheWallDoNotHideWhatPokesOut) {
+  // All vertices are far from the outer surface, some inside and some outside of it, and one edge leads from each to the next.
+  const Boat boat;
+  const Mesh outer = Boat::outer();
+  const Mesh spike = test::flipped(test::box({-2, -2, 10}, {2, 2, 60}));
+  const FloatVerdict verdict = verify_float(test::merged({outer, spike}), &outer, boat.goal);
+  EXPECT_EQ(verdict.cavities, 1u);
+  EXPECT_NEAR(verdict.smallest_wall_mm, -30, 1e-12);
+  EXPECT_FALSE(criterion(verdict, "wall").pass());
+}
+
+TEST(VerifyFloat, CavitiesThatOverlapCountOnce) {
+  const Boat boat;
+  const Mesh outer = Boat::outer();
+  const Mesh a = test::flipped(test::box({-20, -10, 5}, {5, 10, 20}));
+  const Mesh b = test::flipped(test::moved(test::box({-5, -8, 8}, {20, 8, 25}), {0.1, 0.2, 0.3}));
+  const double common = 9.9 * 16 * 11.7;
+  const double expected = 60 * 40 * 30 - 25 * 20 * 15 - 25 * 16 * 17 + common;
+  const FloatVerdict both = verify_float(test::merged({outer, a, b}), &outer, boat.goal);
+  EXPECT_NEAR(both.state.body.volume_mm3, expected, 1e-9 * expected);
+  const FloatVerdict twice = verify_float(test::merged({outer, a, a}), &outer, boat.goal);
+  EXPECT_NEAR(twice.state.body.volume_mm3, 60 * 40 * 30 - 25 * 20 * 15, 1e-9 * expected);
+}
+
+TEST(VerifyFloat, ManyCavitiesAndIslandsAreAllFound) {
+  const Boat boat;
+  const Mesh outer = Boat::outer();
+  Mesh delivered = outer;
+  std::size_t cavities = 0;
+  std::size_t islands = 0;
+  for (int x = -2; x <= 2; ++x)
+    for (int y = -1; y <= 1; ++y)
+      for (int z = 0; z < 2; ++z) {
+        const Eigen::Vector3d at(11 * x, 12 * y, 8 + 13 * z);
+        append(delivered, test::flipped(test::icosphere(4, 1, at)));
+        ++cavities;
+        if ((x + y + z) % 2 == 0) continue;
+        append(delivered, test::icosphere(1, 1, at));
+        ++islands;
+      }
+  for (const Mesh* original : {&outer, static_cast<const Mesh*>(nullptr)}) {
+    const FloatVerdict verdict = verify_float(delivered, original, boat.goal);
+    EXPECT_EQ(verdict.cavities, cavities);
+    EXPECT_EQ(verdict.solid_islands, islands);
+  }
+}
+
 TEST(VerifyFloat, IslandFailsNoIslands) {
   const Boat boat;
   const Mesh outer = Boat::outer();

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <memory>
-#include <utility>
 #include <vector>
 
 #include "rayrep/mesh.h"
@@ -51,14 +50,13 @@ public:
   /// The same by testing every triangle: exact candidates, cost proportional to their number.
   void line_hits_brute_force(const Eigen::Vector2d& xy, std::vector<LineHit>& hits) const;
 
-  /// Unordered pairs (i < j) of triangles that may meet elsewhere than in shared vertices, each once, sorted: their bounding boxes
-  /// overlap, and neither lies to one side of the other's plane by more than 1e-9 of the mesh's diagonal.
-  std::vector<std::pair<int, int>> close_pairs() const;
-
 private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// SurfaceQuery::line_hits by a test of every triangle: exact candidates, cost proportional to their number.
+void line_hits_brute_force(const Mesh& mesh, const Eigen::Vector2d& xy, std::vector<LineHit>& hits);
 
 /// Distance from p to the closed triangle (a, b, c) and the nearest point, in double. Exact for degenerate triangles too.
 double point_triangle_distance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
