@@ -1,5 +1,7 @@
 #include "rayrep/waterline.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -38,9 +40,13 @@ std::vector<WaterlineState> scan(const FloatProblem& problem, const Progress& pr
   const Interval range = range_by_mass(problem);
   std::vector<WaterlineState> states;
   if (range.length() <= 0) return states;
-  for (int n = 1; n < kScanSteps; ++n) {
+  states.resize(kScanSteps - 1);
+  constexpr std::size_t at_once = 16;
+  for (std::size_t first = 0; first < states.size(); first += at_once) {
     progress.check();
-    states.push_back(at_waterline(problem, range.lo + range.length() * n / kScanSteps));
+    tbb::parallel_for(first, std::min(first + at_once, states.size()), [&](std::size_t n) {
+      states[n] = at_waterline(problem, range.lo + range.length() * static_cast<double>(n + 1) / kScanSteps);
+    });
   }
   return states;
 }

@@ -498,11 +498,23 @@ TEST_F(Tool, VerifyRefusesOptionsOfOtherGoals) {
   }
 }
 
+TEST_F(Tool, UnitAndSizeInVerifyAreThoseOfTheOriginal) {
+  // The egg measures 30 mm: 3 cm in the first file.
+  Mesh small = read_mesh(folder_ / "egg.stl").mesh;
+  for (auto& v : small.vertices) v /= 10;
+  write_mesh(folder_ / "small.stl", small);
+  ASSERT_EQ(run("float small.stl --unit cm --size 40 --resolution 40 -o out.stl").code, 0);
+  EXPECT_EQ(run("verify out.stl --original small.stl --unit cm --size 40").code, 0);
+  EXPECT_EQ(run("verify out.stl --original small.stl --size 40").code, 0);
+  EXPECT_EQ(run("verify out.stl --original small.stl --unit cm").code, 4);
+  EXPECT_EQ(run("verify out.stl").code, 0);
+}
+
 TEST_F(Tool, SpinUsageErrorsAre2) {
   for (const char* arguments :
        {"--point 1", "--point 1,2,3,4", "--point tip", "--point 1,", "--point 0,0 --up 0,1,1", "--point 500,0", "--center 0,0,0",
-        "--yoyo --center 0,0", "--yoyo --center a,b,c", "--prefer middle", "--bounds x", "--objective fastest", "--lambda -1",
-        "--objective spinit --gamma-c -1", "--gamma-i nan", "--waterline 5"}) {
+        "--yoyo --center 0,0", "--yoyo --point com", "--yoyo --center a,b,c", "--prefer middle", "--bounds x",
+        "--objective fastest", "--lambda -1", "--objective spinit --gamma-c -1", "--gamma-i nan", "--waterline 5"}) {
     const Run result = run(std::string("spin egg.stl --resolution 40 ") + arguments);
     EXPECT_EQ(result.code, 2) << arguments << ": " << result.err;
     EXPECT_EQ(result.err.rfind("rayrep: ", 0), 0u) << result.err;

@@ -206,7 +206,7 @@ void declare_verify(po::options_description& all, Raw& raw) {
   add_density(judging, raw);
   add_wall(judging, raw);
   judging.add_options()("original", po::value(&raw.original)->value_name("FILE"),
-                        "required outer surface (same --unit and --size)");
+                        "required outer surface, of --unit and --size");
   po::options_description floating("Goal float");
   add_fluid(floating, raw);
   po::options_description spinning("Goals spin and yoyo");
@@ -446,13 +446,13 @@ void read_fluid(const Raw& raw, const Given& given, Options& options) {
 void read_point(const Raw& raw, Options& options) {
   SpinAxis& axis = options.axis;
   if (raw.point == "lowest") return;
+  if (options.yoyo) usage_error("--point belongs to tops; a yo-yo has a --center.");
   if (raw.point == "com") {
     axis.through = SpinAxis::Through::centre_of_mass;
     return;
   }
   if (raw.point == "auto") {
     if (options.command == Command::verify) usage_error("--point auto searches; to verify, give the point that was found.");
-    if (options.yoyo) usage_error("--point belongs to tops; a yo-yo has a --center.");
     axis.through = SpinAxis::Through::best;
     return;
   }

@@ -397,7 +397,13 @@ void conclude(const Options& options, Report& report, Stages& stages) {
 
 void run_verify(const Options& options, Stages& stages, const Progress& progress) {
   const CheckOptions check{.self_intersections = false};
-  Judged judged{read(options.input, options, check, progress), {}};
+  // What rayrep has written is in millimetres and of its final size; unit and size are then those of what it was made from.
+  Options as_written = options;
+  if (!options.original.empty()) {
+    as_written.unit = LengthUnit::millimetre;
+    as_written.size_mm.reset();
+  }
+  Judged judged{read(options.input, as_written, check, progress), {}};
   if (!options.original.empty()) {
     judged.original = read(options.original, options, check, progress);
     refuse_unusable(*judged.original);

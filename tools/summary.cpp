@@ -102,7 +102,16 @@ std::string closing(const RunReport& report, const Verdict& verdict, const Hollo
 }
 
 /// "387 to 412, above 498 rpm"
-std::string speeds(const std::vector<SpeedRange>& ranges) {
+/// Stable speeds. Ends too near to be told apart in the text count as one: a gap or range of a fraction of a turn is of no use.
+std::string speeds(const std::vector<SpeedRange>& all) {
+  std::vector<SpeedRange> ranges;
+  for (const SpeedRange& range : all) {
+    if (!ranges.empty() && rpm(range.lo_rad_s) - rpm(ranges.back().hi_rad_s) < 1)
+      ranges.back().hi_rad_s = range.hi_rad_s;
+    else
+      ranges.push_back(range);
+  }
+  std::erase_if(ranges, [](const SpeedRange& range) { return rpm(range.hi_rad_s) - rpm(range.lo_rad_s) < 1; });
   std::string text;
   for (const SpeedRange& range : ranges) {
     text += text.empty() ? "" : ", ";
