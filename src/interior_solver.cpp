@@ -74,7 +74,9 @@ InteriorSolver::Solved InteriorSolver::solve_interior(const Interior& interior, 
   const InteriorNlp nlp(goal_, interior, constant, setup_.scale, setup_.start_fill);
   Solved solved;
   SolveReport& report = solved.report;
-  report = solve_ipopt(nlp, setup_.options, progress);
+  SolveOptions first = setup_.options;
+  first.probing = setup_.solver == Solver::voxels;
+  report = solve_ipopt(nlp, first, progress);
   if (report.status != SolveStatus::converged && !nlp.quadratic()) {
     SolveOptions other = setup_.options;
     other.adaptive_barrier = !other.adaptive_barrier;

@@ -7,7 +7,10 @@
 namespace rayrep {
 namespace {
 
-constexpr Eigen::Index kChunk = 64;  // interior variables per link of the chain; an even number keeps z0, z1 together
+// Interior variables per link of the chain; even, so that z0, z1 stay together. Measured: with 32 fill fractions take three
+// quarters of the time that they take with 64, and segments with ordered pairs a tenth more.
+constexpr Eigen::Index kChunk = 32;
+constexpr Eigen::Index kChunkOfPairs = 64;
 
 constexpr int kDegree[10] = {0, 1, 1, 1, 2, 2, 2, 2, 2, 2};
 
@@ -24,7 +27,8 @@ InteriorNlp::InteriorNlp(const Goal& goal, const Interior& interior, const Momen
       fill_(fill),
       n_(static_cast<double>(interior.variables())),
       pairs_(interior.ordered_pairs()),
-      couplings_(interior.couplings()) {
+      couplings_(interior.couplings()),
+      chunk_(pairs_.empty() ? kChunk : kChunkOfPairs) {
   for (int k = 0; k < 10; ++k) unit_[k] = scale.volume_mm3 * std::pow(scale.length_mm, kDegree[k]) / n_;
   // A moment takes part when a constraint or a curved objective depends on it. Dependence does not change with s.
   const Moments s = constant_ + interior_.moments(interior_.start(fill));
@@ -35,7 +39,7 @@ InteriorNlp::InteriorNlp(const Goal& goal, const Interior& interior, const Momen
   chained_are_linear_ = std::all_of(chained_.begin(), chained_.end(), linear_moment);
 }
 
-Eigen::Index InteriorNlp::chunks() const { return (interior_.variables() + kChunk - 1) / kChunk; }
+Eigen::Index InteriorNlp::chunks() const { return (interior_.variables() + chunk_ - 1) / chunk_; }
 
 Eigen::Index InteriorNlp::variables() const { return interior_.variables() + chunks() * chained(); }
 
@@ -122,8 +126,8 @@ Eigen::VectorXd InteriorNlp::constraint_values(const Eigen::VectorXd& x) const {
   const Eigen::Matrix<double, 10, Eigen::Dynamic> parts = interior_.contributions(z);
   Eigen::VectorXd c(constraints());
   for (Eigen::Index chunk = 0; chunk < chunks(); ++chunk) {
-    const Eigen::Index first = chunk * kChunk;
-    const Eigen::Index count = std::min(kChunk, z.size() - first);
+    const Eigen::Index first = chunk * chunk_;
+    const Eigen::Index count = std::min(chunk_, z.size() - first);
     const Moments sum = parts.middleCols(first, count).rowwise().sum();
     for (Eigen::Index k = 0; k < chained(); ++k) {
       const int moment = chained_[static_cast<std::size_t>(k)];
@@ -147,7 +151,7 @@ Nlp::Pattern InteriorNlp::jacobian_pattern() const {
       const int row = chunk * m + k;
       pattern.emplace_back(row, n + row);
       if (chunk > 0) pattern.emplace_back(row, n + row - m);
-      for (int v = chunk * static_cast<int>(kChunk); v < std::min(n, (chunk + 1) * static_cast<int>(kChunk)); ++v)
+      for (int v = chunk * static_cast<int>(chunk_); v < std::min(n, (chunk + 1) * static_cast<int>(chunk_)); ++v)
         pattern.emplace_back(row, v);
     }
   const int goal_row = static_cast<int>(chunks()) * m;
@@ -169,7 +173,7 @@ Eigen::VectorXd InteriorNlp::jacobian_values(const Eigen::VectorXd& x) const {
     for (const int moment : chained_) {
       values.push_back(1);
       if (chunk > 0) values.push_back(-1);
-      for (Eigen::Index v = chunk * kChunk; v < std::min(z.size(), (chunk + 1) * kChunk); ++v)
+      for (Eigen::Index v = chunk * chunk_; v < std::min(z.size(), (chunk + 1) * chunk_); ++v)
         values.push_back(-variable_unit_ * J(moment, v) / unit_[moment]);
     }
   const Eigen::Matrix<double, Eigen::Dynamic, 10> C = goal_.constraint_jacobian(last_sum(x));
@@ -209,9 +213,10 @@ Eigen::VectorXd InteriorNlp::hessian_values(const Eigen::VectorXd& x, double obj
       const int moment = chained_[static_cast<std::size_t>(k)];
       w[moment] -= mu[chunk * chained() + k] / unit_[moment];
     }
-    const Eigen::Index first = chunk * kChunk;
-    const Eigen::Index count = std::min(kChunk, z.size() - first);
-    const Eigen::VectorXd h = variable_unit_ * variable_unit_ * interior_.hessian_diagonal(z, w, first, count);
+    const Eigen::Index first = chunk * chunk_;
+    const Eigen::Index count = std::min(chunk_, z.size() - first);
+    Eigen::VectorXd h = variable_unit_ * variable_unit_ * interior_.hessian_diagonal(z, w, first, count);
+    if (pairs_.empty()) h = h.cwiseMax(0.0);  // see nlp.h
     values.insert(values.end(), h.data(), h.data() + h.size());
   }
   const double pull = objective_factor * n_ * variable_unit_ * variable_unit_;

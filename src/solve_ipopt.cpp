@@ -183,6 +183,7 @@ SolveReport solve_ipopt(const Nlp& nlp, const SolveOptions& options, const Progr
     set->SetStringValue("hessian_constant", "yes");
   } else if (options.adaptive_barrier) {
     set->SetStringValue("mu_strategy", "adaptive");
+    if (options.probing) set->SetStringValue("mu_oracle", "probing");
   }
   if (options.barrier_target > 0) set->SetNumericValue("mu_target", options.barrier_target);
   // With "" no options file is read; the default would take ipopt.opt from the current folder.

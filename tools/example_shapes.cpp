@@ -244,6 +244,32 @@ ExampleShape tilted_ellipsoid() {
   return {"tilted_ellipsoid", field, {Vector3d(-52, -45, -4), Vector3d(52, 45, 65)}, 1.5};
 }
 
+/// A plump ellipsoid, nearly round about its longest axis, which is turned by 8 degrees about y; on a small tip below its centre.
+ExampleShape plump_ellipsoid() {
+  const Frame body({0, 0, 21.1}, 0, 8, 0);
+  const auto field = [=](const Vector3d& p) {
+    return blend(ellipsoid(body(p), {32.1, 20.8, 19.4}), round_cone(p, {0, 0, 6}, 4, {0, 0, 2}, 2), 3);
+  };
+  return {"ellipsoid", field, {Vector3d(-36, -25, -4), Vector3d(36, 25, 46)}, 1.07};
+}
+
+/// A plump bird at rest with its wings folded, looking along x, with a small tip under its belly to spin on.
+ExampleShape robin() {
+  const Frame body({-1, 0, 23}, 0, -5, 0);
+  const Frame wing({-5, 16.5, 24}, 4, 6, 6);
+  const Frame tail({-22, 0, 26}, 0, 8, 0);
+  const auto field = [=](const Vector3d& p) {
+    const Vector3d q = mirrored(p);
+    double f = blend(ellipsoid(body(p), {26, 22.6, 21.4}), sphere(p, {13.5, 0, 33.8}, 14), 10);
+    f = blend(f, ellipsoid(wing(q), {20, 7.5, 14}), 3);
+    f = blend(f, ellipsoid(tail(p), {11.5, 11, 4}), 5);
+    f = blend(f, round_cone(p, {25.5, 0, 33}, 3.4, {31, 0, 31.7}, 1.3), 2);
+    f = blend(f, sphere(q, {21.6, 8.6, 38}, 2.7), 1);
+    return blend(f, round_cone(p, {0, 0, 6}, 4, {0, 0, 2}, 2), 3);
+  };
+  return {"robin", field, {Vector3d(-40, -28, -4), Vector3d(40, 28, 52)}, 1.13};
+}
+
 /// A heart in the xz plane that stands on its blunted point.
 ExampleShape heart() {
   const auto field = [](const Vector3d& p) {
@@ -397,7 +423,9 @@ void flip_edges(const ExampleShape& shape, Mesh& mesh) {
 
 }  // namespace
 
-std::vector<ExampleShape> example_shapes() { return {duck(), bird(), three_spheres(), tilted_ellipsoid(), heart(), teapot()}; }
+std::vector<ExampleShape> example_shapes() {
+  return {duck(), bird(), three_spheres(), tilted_ellipsoid(), heart(), teapot(), plump_ellipsoid(), robin()};
+}
 
 Mesh mesh_example(const ExampleShape& shape) {
   // Samples on the planes of symmetry keep the mesh symmetric.

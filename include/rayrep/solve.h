@@ -35,6 +35,9 @@ struct SolveOptions {
   /// For programmes that are not quadratic: how the barrier parameter goes down. Adaptive takes a third of the iterations on most
   /// spin problems, monotone converges on some where it does not.
   bool adaptive_barrier = true;
+  /// How an adaptive barrier parameter is chosen: by Mehrotra's probing, or by Ipopt's quality function. Measured on spin problems:
+  /// fill fractions take 10 to 25 % less time with probing, the ends of segments up to several times more.
+  bool probing = false;
 };
 
 struct SolveReport {
