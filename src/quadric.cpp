@@ -16,6 +16,7 @@ namespace {
 
 using Matrix10 = Eigen::Matrix<double, 10, 10>;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr int kWarmEvaluations = 40;  ///< that a warm start may take before it is given up for a cold one
 
 /// A goal over rays with moments in units that make them of order 1; q in the inverse units, so that q.s is the same number.
 class Problem {
@@ -78,11 +79,13 @@ double blur(const Moments& q, const Moments* before) {
   return before ? 1e-3 * std::min(1.0, (q - *before).norm() / q.norm()) : 1e-7;
 }
 
-/// max over u of  min over interiors s of [ (q_0 + K^T u).s ] - e.u:  the dual of  min over s of  q_0.s  subject to  K s = e.
+/// max over u of  min over interiors s of [ (q_0 + K^T u).s ] - e.u - u.W u / 2:  the dual of  min over s of  q_0.s + r.r / 2
+/// subject to  r = K s - e  with a diagonal W of ones; a zero in W stands for r_k = 0.
 struct Dual {
   Moments q_0;
   Eigen::MatrixXd K;
   Eigen::VectorXd e;
+  Eigen::VectorXd W;
 };
 
 struct DualPoint {
@@ -93,14 +96,14 @@ struct DualPoint {
   Eigen::VectorXd gradient;
 };
 
+DualPoint dual_of(const Dual& dual, const Eigen::VectorXd& u, const Moments& q, const Problem::Evaluation& at) {
+  const Eigen::VectorXd Wu = dual.W.cwiseProduct(u);
+  return {u, q, at, q.dot(at.s) - dual.e.dot(u) - 0.5 * u.dot(Wu), dual.K * at.s - dual.e - Wu};
+}
+
 DualPoint dual_at(Problem& problem, const Dual& dual, const Eigen::VectorXd& u, const Moments* before = nullptr) {
-  DualPoint p;
-  p.u = u;
-  p.q = dual.q_0 + dual.K.transpose() * u;
-  p.at = problem.evaluate(p.q, blur(p.q, before));
-  p.gradient = dual.K * p.at.s - dual.e;
-  p.value = p.q.dot(p.at.s) - dual.e.dot(u);
-  return p;
+  const Moments q = dual.q_0 + dual.K.transpose() * u;
+  return dual_of(dual, u, q, problem.evaluate(q, blur(q, before)));
 }
 
 /// Newton's method with line search from `from`. Stops when `done`, or where rounding leaves no ascent.
@@ -111,6 +114,7 @@ DualPoint maximise(Problem& problem, const Dual& dual, DualPoint from, int max_e
   while (!done(from) && problem.evaluations() < max_evaluations) {
     Eigen::MatrixXd H = dual.K * from.at.spread * dual.K.transpose();
     const double size = H.diagonal().maxCoeff();
+    H.diagonal() += dual.W;
     Eigen::VectorXd step;
     if (size > 0) {
       // Multipliers that move no free end have no curvature: damp them, ever less as steps succeed.
@@ -170,15 +174,17 @@ struct LinearMinimum {
 
 LinearMinimum minimise_linear(Problem& problem, const Moments& q_0, const Eigen::VectorXd& mu, double tolerance,
                               int max_evaluations) {
-  const Dual dual{q_0, problem.J(), -problem.c_0()};
+  const Dual dual{q_0, problem.J(), -problem.c_0(), Eigen::VectorXd::Zero(mu.size())};
   // No interior has a larger objective: a dual value above it proves that none meets the constraints.
   const double highest = -problem.lowest(-q_0);
   // Where the multipliers run away they separate long before the value says so: asked for when it takes long.
   const int patience = problem.evaluations() + 12;
-  const auto separates = [&](const Eigen::VectorXd& u) {
-    return problem.evaluations() > patience && problem.lowest(problem.J().transpose() * u) + problem.c_0().dot(u) > 1e-9 * u.norm();
+  const auto separates = [&](const DualPoint& p) {
+    // Costs a pass, unless this interior shows that they do not.
+    return problem.evaluations() > patience && p.u.dot(p.gradient) > 1e-9 * p.u.norm() &&
+           problem.lowest(problem.J().transpose() * p.u) + problem.c_0().dot(p.u) > 1e-9 * p.u.norm();
   };
-  const auto proven = [&](const DualPoint& p) { return p.value > highest + 1e-9 * q_0.norm() || separates(p.u); };
+  const auto proven = [&](const DualPoint& p) { return p.value > highest + 1e-9 * q_0.norm() || separates(p); };
   const auto met = [&](const DualPoint& p) { return p.gradient.cwiseAbs().maxCoeff() < tolerance; };
   LinearMinimum minimum;
   minimum.top =
@@ -192,16 +198,17 @@ QuadricSolution solve_affine(Problem& problem, const QuadricOptions& options) {
   QuadricSolution solution;
   const Moments zero = Moments::Zero();
   const Eigen::Index m = problem.J().rows();
+  const bool warm = options.multipliers.size() == m;
   Eigen::VectorXd start = Eigen::VectorXd::Zero(m);
-  if (options.multipliers.size() == m) {
-    start = options.multipliers;
-  } else {
-    // Half full: the mean of q.phi over the inner domain is 0, so that there are free ends.
-    const Moments inner = 2 * (problem.solid() - problem.centre());
-    const Eigen::VectorXd c = problem.J() * inner;
-    if (c.norm() > 1e-6 * inner.norm()) start = -problem.gradient(zero).dot(inner) / c.squaredNorm() * c;
-  }
-  const LinearMinimum minimum = minimise_linear(problem, problem.gradient(zero), start, options.tolerance, options.max_evaluations);
+  // Half full: the mean of q.phi over the inner domain is 0, so that there are free ends.
+  const Moments inner = 2 * (problem.solid() - problem.centre());
+  const Eigen::VectorXd c = problem.J() * inner;
+  if (c.norm() > 1e-6 * inner.norm()) start = -problem.gradient(zero).dot(inner) / c.squaredNorm() * c;
+  LinearMinimum minimum;
+  if (warm) minimum = minimise_linear(problem, problem.gradient(zero), options.multipliers, options.tolerance, kWarmEvaluations);
+  if (!minimum.converged && !minimum.infeasible)
+    minimum =
+        minimise_linear(problem, problem.gradient(zero), start, options.tolerance, problem.evaluations() + options.max_evaluations);
   const DualPoint& top = minimum.top;
   store(problem, top.q, top.at.s, top.u, solution);
   solution.residual = top.gradient.cwiseAbs().maxCoeff();
@@ -247,14 +254,12 @@ Eigen::VectorXd kkt_residual(const Problem& problem, const KktPoint& p) {
   return r;
 }
 
-/// Newton's method on s = S(grad F(s) + J^T mu), c(s) = 0, with backtracking on the residual.
-/// @param patience  evaluations after which it gives up, unless it is near
-KktPoint newton(Problem& problem, KktPoint from, double tolerance, int patience, int max_evaluations) {
+/// Newton's method on s = S(grad F(s) + J^T mu), c(s) = 0. Gives up when neither a step nor a part of it improves the residual.
+/// @return the last point that was an improvement
+KktPoint newton(Problem& problem, KktPoint from, double tolerance, int max_evaluations) {
   constexpr double near = 1e-3;
   const Eigen::Index m = problem.J().rows();
-  patience += problem.evaluations();
-  while (residual(problem, from.s, from.at.s) > tolerance &&
-         problem.evaluations() < (from.merit < near ? max_evaluations : patience)) {
+  while (residual(problem, from.s, from.at.s) > tolerance && problem.evaluations() < max_evaluations) {
     Eigen::MatrixXd K = Eigen::MatrixXd::Zero(10 + m, 10 + m);
     K.topLeftCorner<10, 10>() = Matrix10::Identity() + from.at.spread * problem.hessian(from.s);
     K.topRightCorner(10, m) = from.at.spread * problem.J().transpose();
@@ -265,21 +270,22 @@ KktPoint newton(Problem& problem, KktPoint from, double tolerance, int patience,
     const auto along = [&](double length) {
       return kkt_at(problem, from.s + length * step.head<10>(), from.mu + length * step.tail(m), &from.q);
     };
-    double length = 1;
-    while (length > 0.01 && !(from.s[M1] + length * step[M1] > 0)) length *= 0.4;
-    KktPoint next = along(length);
-    bool moved = next.merit < (1 - 0.1 * length) * from.merit;
-    if (!moved && from.merit < near) {
+    if (!(from.s[M1] + step[M1] > 0)) break;
+    KktPoint next = along(1);
+    bool moved = next.merit < 0.95 * from.merit;
+    const bool is_near = from.merit < near && (next.q - from.q).norm() < 0.03 * from.q.norm();
+    if (!moved && is_near) {
       // A ray that becomes tangent to the quadric on the way grows like a root, and the step overshoots: find where what the step
       // got wrong vanishes, by the Illinois method.
       const Eigen::VectorXd wrong = kkt_residual(problem, next);
       double lo = 0;
-      double hi = length;
+      double hi = 1;
       double at_lo = wrong.dot(r);
       double at_hi = wrong.squaredNorm();
       int side = 0;
-      while (at_lo < 0 && !moved && hi - lo > 1e-8 && problem.evaluations() < max_evaluations) {
-        length = std::clamp((lo * at_hi - hi * at_lo) / (at_hi - at_lo), lo + 0.02 * (hi - lo), hi - 0.02 * (hi - lo));
+      const int last = std::min(max_evaluations, problem.evaluations() + 5);
+      while (at_lo < 0 && !moved && problem.evaluations() < last) {
+        const double length = std::clamp((lo * at_hi - hi * at_lo) / (at_hi - at_lo), lo + 0.02 * (hi - lo), hi - 0.02 * (hi - lo));
         next = along(length);
         moved = next.merit < 0.5 * from.merit;
         const double at = wrong.dot(kkt_residual(problem, next));
@@ -297,14 +303,12 @@ KktPoint newton(Problem& problem, KktPoint from, double tolerance, int patience,
       }
       if (!moved && lo > 0) {
         next = along(lo);
-        moved = next.merit < 0.999 * from.merit;
+        moved = next.merit < 0.9 * from.merit;
       }
-      length = 1;
     }
-    while (!moved && length > 0.01 && problem.evaluations() < max_evaluations) {
-      length *= 0.4;
-      next = along(length);
-      moved = next.merit < (1 - 0.1 * length) * from.merit;
+    if (!moved && !is_near) {
+      next = along(0.4);
+      moved = next.merit < 0.92 * from.merit;
     }
     if (!moved) break;
     from = std::move(next);
@@ -312,70 +316,185 @@ KktPoint newton(Problem& problem, KktPoint from, double tolerance, int patience,
   return from;
 }
 
-/// The conditional gradient method with Newton's: the objective's linear model is minimised over the attainable moments that meet
-/// the constraints, by its dual; as these are a convex set, the search along the way there costs no pass over the rays; and
-/// Newton's method tries to finish from every point reached.
-/// @param s  attainable moments that meet the constraints, mu their multipliers
-KktPoint descend(Problem& problem, Moments s, Eigen::VectorXd mu, double tolerance, int max_evaluations) {
-  constexpr int patience = 10;
-  KktPoint best;
-  double best_left = kInfinity;
-  while (problem.evaluations() < max_evaluations) {
-    const KktPoint polished = newton(problem, kkt_at(problem, s, mu), tolerance, patience, max_evaluations);
-    const double left = residual(problem, polished.s, polished.at.s);
-    if (left < tolerance && is_minimum(problem, polished)) return polished;
-    if (left < best_left) {
-      best = polished;
-      best_left = left;
-    }
-    const LinearMinimum target = minimise_linear(problem, problem.gradient(s), mu, 1e-6, max_evaluations);
-    if (!target.converged) break;
-    const Moments d = target.top.at.s - s;
-    double lo = 0;
-    double hi = 1;
-    if (problem.gradient(s + d).dot(d) > 0)
-      for (int step = 0; step < 30; ++step) {
-        const double middle = 0.5 * (lo + hi);
-        (problem.gradient(s + middle * d).dot(d) > 0 ? hi : lo) = middle;
-      }
-    if (hi * d.norm() < 1e-9) break;
-    s += hi * d;
-    mu = target.top.u;
-  }
-  return best;
+/// The multipliers that make q = grad F(s) + J^T mu shortest.
+Eigen::VectorXd shortest(const Problem& problem, const Moments& s) {
+  return -problem.J().transpose().completeOrthogonalDecomposition().solve(problem.gradient(s));
 }
 
+/// B = L L^T: the objective's Hessian within the constraints and its level set, without its negative part. theory.md (30d)
+Eigen::MatrixXd curvature_root(const Problem& problem, const Moments& s) {
+  const Eigen::Index m = problem.J().rows();
+  Eigen::MatrixXd normals(10, m + 1);
+  normals << problem.J().transpose(), problem.gradient(s);
+  const Matrix10 Q = Eigen::HouseholderQR<Eigen::MatrixXd>(normals).householderQ();
+  const Eigen::MatrixXd Z = Q.rightCols(9 - m);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(Z.transpose() * problem.hessian(s) * Z);
+  return Z * eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+}
+
+/// Sequential quadratic programming over the attainable moments, a convex set: the convex model of the objective at s is minimised
+/// over them by its dual, and the best point on the way there, which costs no pass over the rays, is the next s. Newton's method
+/// tries to finish from each.
+class Descent {
+public:
+  Descent(Problem& problem, const Moments& s, Eigen::VectorXd mu, double tolerance, int max_evaluations)
+      : problem_(problem),
+        s_(s),
+        mu_(std::move(mu)),
+        tolerance_(tolerance),
+        max_evaluations_(problem.evaluations() + max_evaluations),
+        patience_(problem.evaluations() + 11) {}
+
+  /// Until converged, infeasible or out of evaluations.
+  void run() {
+    while (problem_.evaluations() < max_evaluations_) {
+      KktPoint here = kkt_at(problem_, s_, mu_);
+      if (here.merit < worth_ && finished(here)) return;
+      if (!step(here)) return;
+    }
+  }
+
+  bool converged() const { return converged_; }
+  const KktPoint& best() const { return best_; }
+  /// Multipliers that prove infeasibility, or empty.
+  const Eigen::VectorXd& separation() const { return separation_; }
+
+private:
+  /// Objective and violated constraints at a price at which no violation pays.
+  double value(const Moments& s, const Eigen::VectorXd& mu) const {
+    return problem_.objective(s) + 2 * mu.cwiseAbs().maxCoeff() * problem_.constraints(s).cwiseAbs().sum();
+  }
+
+  /// Newton's method; where it does not converge, what it has reached is kept if it is better than `here`.
+  bool finished(KktPoint& here) {
+    const KktPoint polished = newton(problem_, here, tolerance_, max_evaluations_);
+    const double left = residual(problem_, polished.s, polished.at.s);
+    const bool solved = left < tolerance_;
+    converged_ = solved && is_minimum(problem_, polished);
+    if (converged_ || left < best_left_) {
+      best_ = polished;
+      best_left_ = left;
+    }
+    if (converged_) return true;
+    worth_ = here.merit;
+    saddle_ = solved;
+    if (solved || polished.merit >= here.merit) return false;
+    const bool much = polished.merit < 0.3 * much_;
+    if (!much && value(polished.at.s, polished.mu) >= value(s_, polished.mu)) return false;
+    much_ = std::min(much_, polished.merit);
+    s_ = polished.at.s;
+    // Multipliers that have gone astray are no start.
+    mu_ = polished.q.norm() < 30 * here.q.norm() ? polished.mu : shortest(problem_, s_);
+    here = kkt_at(problem_, s_, mu_);
+    return false;
+  }
+
+  /// False when the constraints are proven infeasible.
+  bool step(const KktPoint& here) {
+    const Eigen::Index m = mu_.size();
+    // Where Newton's method has met a saddle, the convex model leads along its ridge; the linear one is bolder.
+    const Eigen::MatrixXd L = saddle_ ? Eigen::MatrixXd(10, 0) : curvature_root(problem_, s_);
+    saddle_ = false;
+    const Eigen::Index r = L.cols();
+    Dual dual{problem_.gradient(s_), Eigen::MatrixXd(m + r, 10), Eigen::VectorXd(m + r), Eigen::VectorXd(m + r)};
+    dual.K << problem_.J(), L.transpose();
+    dual.e << -problem_.c_0(), L.transpose() * s_;
+    dual.W << Eigen::VectorXd::Zero(m), Eigen::VectorXd::Ones(r);
+    Eigen::VectorXd u = Eigen::VectorXd::Zero(m + r);
+    u.head(m) = mu_;
+    DualPoint from = dual_of(dual, u, here.q, here.at);
+
+    const double start = from.gradient.norm();
+    const double fine = std::max(1e-9, fine_ * start);
+    const DualPoint top = maximise(problem_, dual, std::move(from), max_evaluations_, [&](const DualPoint& p) {
+      const double left = p.gradient.norm();
+      if (left < fine) return true;
+      if (left < 0.5 * start) {
+        // What the model at best has to give: enough of it will do.
+        const double wanted = value(s_, p.u.head(m)) - problem_.objective(s_) + dual.q_0.dot(s_) - p.value;
+        if (search(p).gain > 0.3 * wanted) return true;
+      }
+      if (separates(p)) separation_ = p.u.head(m);
+      return separation_.size() > 0;
+    });
+    if (separation_.size() > 0) return false;
+    const Search found = search(top);
+    mu_ = top.u.head(m);
+    s_ += found.length * (top.at.s - s_);
+    fine_ = found.length > 0 ? 0.02 : 0.01 * fine_;
+    return true;
+  }
+
+  struct Search {
+    double length = 0, gain = 0;
+  };
+  /// The best of all between s and an interior: attainable, as both are.
+  Search search(const DualPoint& p) const {
+    const Eigen::VectorXd mu = p.u.head(mu_.size());
+    const double here = value(s_, mu);
+    Search found;
+    for (int k = 1; k <= 64; ++k) {
+      const double length = k / 64.0;
+      const double gain = here - value(s_ + length * (p.at.s - s_), mu);
+      if (gain > found.gain) found = {length, gain};
+    }
+    return found;
+  }
+
+  /// Costs a pass: asked for when it takes long, and again when the multipliers run away or it takes much longer.
+  bool separates(const DualPoint& p) {
+    const Eigen::VectorXd mu = p.u.head(mu_.size());
+    if (problem_.evaluations() <= patience_ || (mu.norm() < 1.5 * tried_ && problem_.evaluations() <= patience_ + 8)) return false;
+    // An interior that shows that they do not.
+    if (mu.dot(problem_.constraints(p.at.s)) <= 1e-9 * mu.norm()) return false;
+    patience_ = problem_.evaluations() + 1;
+    tried_ = mu.norm();
+    return problem_.lowest(problem_.J().transpose() * mu) + problem_.c_0().dot(mu) > 1e-9 * mu.norm();
+  }
+
+  Problem& problem_;
+  Moments s_;
+  Eigen::VectorXd mu_;
+  double tolerance_;
+  int max_evaluations_;
+  int patience_;
+  double tried_ = 0;          ///< length of the multipliers last tried for separation
+  double worth_ = kInfinity;  ///< residuals below it are worth a trial of Newton's method
+  double much_ = 1;           ///< the least residual at which Newton's method was taken at its word
+  double fine_ = 0.02;        ///< to which part of its gradient a model is solved
+  bool saddle_ = false;       ///< Newton's method has just met a stationary point that is no minimum
+  bool converged_ = false;
+  KktPoint best_;
+  double best_left_ = kInfinity;
+  Eigen::VectorXd separation_;
+};
+
 QuadricSolution solve_curved(Problem& problem, const QuadricOptions& options) {
-  constexpr int patience = 14;
   QuadricSolution solution;
   solution.lower_bound = -kInfinity;
-  const auto finish = [&](const KktPoint& p) {
-    store(problem, p.q, p.at.s, p.mu, solution);
-    solution.residual = residual(problem, p.s, p.at.s);
-    solution.converged = solution.residual < options.tolerance;
+  struct Start {
+    Moments s;
+    Eigen::VectorXd mu;
+    int max_evaluations;
   };
-  const Moments solid = problem.solid();
-  const bool warm = options.multipliers.size() == problem.J().rows();
-  const KktPoint start =
-      warm ? kkt_at(problem, problem.scaled(options.moments), options.multipliers)
-           : kkt_at(problem, solid, -problem.J().transpose().completeOrthogonalDecomposition().solve(problem.gradient(solid)));
-  const KktPoint quick = newton(problem, start, options.tolerance, patience, options.max_evaluations);
-  finish(quick);
-  if (solution.converged && is_minimum(problem, quick)) return solution;
-
-  for (const Moments& from : {solid, problem.centre()}) {
-    const Eigen::VectorXd zero = Eigen::VectorXd::Zero(problem.J().rows());
-    const LinearMinimum feasible =
-        minimise_linear(problem, problem.gradient(from), zero, 1e-6, problem.evaluations() + options.max_evaluations);
-    solution.converged = false;
-    if (feasible.infeasible) {
-      solution.infeasible = true;
-      solution.separation = feasible.top.u;
-      break;
+  const auto cold = [&](const Moments& s) { return Start{s, shortest(problem, s), options.max_evaluations}; };
+  std::vector<Start> starts;
+  if (options.multipliers.size() == problem.J().rows())
+    starts.push_back({problem.scaled(options.moments), options.multipliers, std::min(kWarmEvaluations, options.max_evaluations)});
+  starts.push_back(cold(problem.solid()));
+  starts.push_back(cold(problem.centre()));
+  for (const Start& start : starts) {
+    Descent descent(problem, start.s, start.mu, options.tolerance, start.max_evaluations);
+    descent.run();
+    const KktPoint& best = descent.best();
+    if (descent.converged() || solution.multipliers.size() == 0) {
+      store(problem, best.q, best.at.s, best.mu, solution);
+      solution.residual = residual(problem, best.s, best.at.s);
     }
-    if (!feasible.converged) continue;
-    finish(descend(problem, feasible.top.at.s, feasible.top.u, options.tolerance, problem.evaluations() + options.max_evaluations));
-    if (solution.converged) break;
+    solution.converged = descent.converged();
+    solution.infeasible = descent.separation().size() > 0;
+    solution.separation = descent.separation();
+    if (solution.converged || solution.infeasible) break;
   }
   return solution;
 }

@@ -75,7 +75,7 @@ TEST_P(RandomProblems, AreSolvedOrProvenInfeasible) {
   EXPECT_GT(infeasible, 5);
   std::sort(evaluations.begin(), evaluations.end());
   EXPECT_LT(evaluations[evaluations.size() / 2], 10);
-  EXPECT_LE(evaluations[evaluations.size() * 95 / 100], 30);
+  EXPECT_LE(evaluations[evaluations.size() * 98 / 100], 30);
   RecordProperty("infeasible", infeasible);
   RecordProperty("median_evaluations", evaluations[evaluations.size() / 2]);
   RecordProperty("most_evaluations", evaluations.back());
@@ -104,7 +104,7 @@ const auto kKinds =
 
 INSTANTIATE_TEST_SUITE_P(Goals, RandomProblems, kKinds, [](const auto& kind) { return name_of(kind.param); });
 
-TEST(Quadric, NinetySevenInAHundredTakeAtMostThirtyEvaluations) {
+TEST(Quadric, NineHundredNinetyFiveInAThousandTakeAtMostThirtyEvaluations) {
   int solved = 0;
   int quick = 0;
   for (std::uint64_t n = 0; n < 1200; ++n) {
@@ -116,7 +116,37 @@ TEST(Quadric, NinetySevenInAHundredTakeAtMostThirtyEvaluations) {
     quick += solution.converged && solution.evaluations <= 30;
   }
   ASSERT_GT(solved, 300);
-  EXPECT_GE(quick, 0.97 * solved);
+  EXPECT_GE(quick, 0.995 * solved);
+}
+
+TEST(Quadric, AnyWarmStartLeadsToASolutionAndThatOfANeighbourQuickly) {
+  int solved = 0;
+  int most = 0;
+  for (std::uint64_t n = 0; n < 240; ++n) {
+    SCOPED_TRACE(n);
+    Random random(n + 30000);
+    const RayBody body = random_body(random, 50);
+    const auto goal = random_goal(random, static_cast<Kind>(n % 6), body);
+    const RayIntegrals rays(body.domain);
+    const QuadricSolution cold = solve_quadric(*goal, rays, body.shell);
+    if (!cold.converged) continue;
+    ++solved;
+    QuadricOptions from;
+    from.multipliers = cold.multipliers;
+    from.moments = cold.moments;
+    // As in the as-built loop: the constant part changes a little. It may become infeasible.
+    const QuadricSolution near = solve_quadric(*goal, rays, body.shell * (1 + 1e-5), from);
+    EXPECT_NE(near.converged, near.infeasible);
+    most = std::max(most, near.evaluations);
+    // Multipliers that have nothing to do with the problem do no harm.
+    for (Eigen::Index k = 0; k < from.multipliers.size(); ++k) from.multipliers[k] = random.uniform(-1e3, 1e3);
+    from.moments = body.solid();
+    const QuadricSolution astray = solve_quadric(*goal, rays, body.shell, from);
+    EXPECT_TRUE(astray.converged);
+    expect_optimal(astray, *goal, body);
+  }
+  EXPECT_GT(solved, 80);
+  EXPECT_LE(most, 30);
 }
 
 /// w.s under the constraints of another goal: its solutions are random attainable interiors that meet them.
@@ -307,6 +337,9 @@ TEST_P(TwelveShapes, QuadricAndIpoptAgree) {
     return;
   }
   ASSERT_TRUE(exact.converged);
+  if (aim != Aim::spin_smallest) {
+    EXPECT_LE(exact.evaluations, 30);
+  }
   expect_optimal(exact, *goal, body);
   ASSERT_EQ(ipopt.report.status, SolveStatus::converged) << ipopt.report.solver_status;
   // Ipopt relaxes bounds and constraints by about 1e-8. Back within the bounds, and with what is missing to the constraints counted

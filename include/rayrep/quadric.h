@@ -27,7 +27,7 @@ struct QuadricSolution {
 
 struct QuadricOptions {
   double tolerance = 1e-10;
-  int max_evaluations = 200;  ///< of each attempt: a curved goal may be tried three times
+  int max_evaluations = 200;  ///< of each attempt: a curved goal may be tried from up to three starts
   /// Where to start, from a neighbouring problem; without multipliers: from the solid's moments.
   Eigen::VectorXd multipliers;
   Moments moments = Moments::Zero();
@@ -37,9 +37,9 @@ struct QuadricOptions {
 /// material lies exactly where q.phi < 0 (theory.md (15), (30)), so the rays are eliminated and at most ten unknowns remain.
 ///
 /// Affine goals: Newton's method with line search on the concave dual. Others: Newton's method on the KKT conditions, and where
-/// that fails or ends at no minimum, the conditional gradient method over the attainable moments, a convex set, with each step's
-/// linear subproblem solved by its dual, and Newton's method again from where that leads. A goal that is quasiconvex (a yo-yo, a
-/// body on a given height) has one minimum; others may have more, see certify.h.
+/// that fails or ends at no minimum, convex quadratic models of the objective are minimised one after the other over the attainable
+/// moments, a convex set, each by its dual, with Newton's method again from where that leads. A goal that is quasiconvex (a yo-yo,
+/// a body on a given height) has one minimum; others may have more, see certify.h.
 /// @param rays      inner domain
 /// @param constant  moments of the rest of the body
 /// Constraints that cannot be met are a result, with proof.
