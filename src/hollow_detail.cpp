@@ -184,11 +184,12 @@ std::string Body::nothing_inside(const HollowOptions& options, const Progress& p
 }
 
 Moments solve_as_built(Body& body, InteriorSolver solver, const HollowOptions& options,
-                       const std::function<double(const Moments&)>& error, HollowResult& hollow, const Progress& progress) {
+                       const std::function<double(const Moments&)>& error, HollowResult& hollow, const Progress& progress,
+                       const Moments& start) {
   Moments unit;
   for (int k = 0; k < 10; ++k) unit[k] = body.solid[M1] * std::pow(body.diagonal_mm, k == M1 ? 0 : k <= MZ ? 1 : 2);
   Feedback feedback(unit);
-  Moments correction = Moments::Zero();
+  Moments correction = start;
   Moments best_correction = correction;
   hollow.as_built_error = std::numeric_limits<double>::infinity();
   double last_error = 0.1;
@@ -197,7 +198,7 @@ Moments solve_as_built(Body& body, InteriorSolver solver, const HollowOptions& o
     if (!body.refine(options, progress)) return false;
     built.discard();
     feedback.forget();
-    correction.setZero();
+    correction = start;
     return true;
   };
   for (int pass = 1; pass <= options.max_passes; ++pass) {
@@ -218,7 +219,7 @@ Moments solve_as_built(Body& body, InteriorSolver solver, const HollowOptions& o
     double e = error(built.moments());
     // A mesh that follows cannot tear, close or show what the quadric does away from it: where it folds, or the error stays, it is
     // made anew, if there is a pass left to make up for the change.
-    const bool useless = had_followed && e > 0.5 * last_error;
+    const bool useless = had_followed && e > 0.9 * last_error;
     if (built.followed() && pass < options.max_passes && (useless || built.has_folded())) {
       built.discard();
       built.build(solved.q);

@@ -45,9 +45,11 @@ private:
 /// Solves and meshes until the mesh itself meets the goal: what the mesh has more than the model is added to the model's constant
 /// part. theory.md (16d)
 /// @param error  of a body with these moments, to compare with HollowOptions::as_built_tolerance
+/// @param start  correction of the constant part to begin with, from a neighbouring problem
 /// @returns the correction of the constant part that led to the delivered mesh
 /// @throws Error{solver} when the first pass does not converge
 Moments solve_as_built(Body& body, InteriorSolver solver, const HollowOptions& options,
-                       const std::function<double(const Moments&)>& error, HollowResult& hollow, const Progress& progress);
+                       const std::function<double(const Moments&)>& error, HollowResult& hollow, const Progress& progress,
+                       const Moments& start = Moments::Zero());
 
 }  // namespace rayrep::detail

@@ -19,9 +19,6 @@ namespace {
 using detail::Body;
 using detail::require;
 
-/// As-built tolerance when all ten numbers are given.
-constexpr double kTenTolerance = 3e-4;
-
 std::string shown(double value) {
   std::ostringstream text;
   text.precision(5);
@@ -225,8 +222,9 @@ TargetGoal::Setup setup_for(const TargetOptions& options, const Body& body, cons
 }
 
 /// Solves and meshes one body, and notes what the dual proves of it.
+/// @param correction  see solve_as_built: to begin with, and what it has become
 void build(Body& body, const TargetSolution& exact, const TargetGoal::Setup& setup, const HollowOptions& common,
-           TargetResult& result, Moments& delivered, const Progress& progress) {
+           TargetResult& result, Moments& delivered, Moments& correction, const Progress& progress) {
   double least = std::numeric_limits<double>::infinity();
   const auto error = [&](const Moments& s) {
     const double e = largest_deviation(setup.wanted, in_mesh_frame(s, body.to_working, setup.density_g_cm3), setup.length_mm);
@@ -241,8 +239,8 @@ void build(Body& body, const TargetSolution& exact, const TargetGoal::Setup& set
   solver.scale = {setup.volume_mm3, setup.length_mm};
   solver.warm.multipliers = exact.solution.multipliers;
   solver.options = common.solve;
-  const Moments correction = detail::solve_as_built(body, InteriorSolver(goal, body.inner.rays, *body.integrals, solver), common,
-                                                    error, result.hollow, progress);
+  correction = detail::solve_as_built(body, InteriorSolver(goal, body.inner.rays, *body.integrals, solver), common, error,
+                                      result.hollow, progress, correction);
 
   // The Lagrangian with the first objective alone bounds it from below, whatever the multipliers.
   const Moments constant = body.shell + correction;
@@ -346,24 +344,27 @@ TargetResult thickest_wall(const Body& first, TargetGoal::Setup setup, const Tar
   const double sign = at_thin.largest ? -1 : 1;
   HollowOptions common = options.hollow;
   common.wall_mm = thin;
-  // At the edge of what is possible the mesh follows its corrections badly.
-  common.as_built_tolerance = std::max(common.as_built_tolerance, kTenTolerance);
-  const int runs = std::exchange(common.max_passes, std::min(common.max_passes, 4));
+  constexpr int max_runs = 6;
   double slope = std::isfinite(at_thick.relative) && thick > thin ? (at_thick.relative - at_thin.relative) / (thick - thin)
                                                                   : -at_thin.relative / thin;
   double previous_wall = 0;
   double previous = 0;
+  Moments correction = Moments::Zero();
   TargetResult best;
   best.hollow.as_built_error = std::numeric_limits<double>::infinity();
-  for (int run = 0; run < runs; ++run) {
+  for (int run = 0; run < max_runs; ++run) {
     progress.begin("domain");
     Body body(first.outer, first.to_working, common, progress);
     const TargetSolution exact = solve_target(setup, *body.integrals, body.shell);
-    if (!exact.solution.converged) break;
+    if (!exact.solution.converged) {
+      if (run == 0) break;
+      common.wall_mm = 0.5 * (common.wall_mm + previous_wall);  // too thick for these numbers
+      continue;
+    }
     TargetResult result;
     result.origin_mm = origin_mm;
     Moments delivered;
-    build(body, exact, setup, common, result, delivered, progress);
+    build(body, exact, setup, common, result, delivered, correction, progress);
     const double found = sign * (rho * delivered[M1] / mass - 1);
     result.hollow.as_built_error = std::max(result.hollow.as_built_error, std::abs(found));
     result.first.reset();
@@ -435,7 +436,8 @@ TargetResult hollow_target(const Mesh& solid, const TargetOptions& options, cons
   }
   if (!exact.solution.converged) throw_stalled();
   Moments delivered;
-  build(*body, exact, setup, common, result, delivered, progress);
+  Moments correction = Moments::Zero();
+  build(*body, exact, setup, common, result, delivered, correction, progress);
   return result;
 }
 

@@ -434,7 +434,7 @@ TEST(HollowTarget, AllTenNumbers) {
   const MassProperties body = mass_properties(mesh_moments(hollow(solid, box({-15, -9, -9}, {13, 10, 8}))), kDensity);
   TargetOptions options = coarse(numbers_of(body, {M1, MX, MY, MZ, MXX, MYY, MZZ, MXY, MYZ, MXZ}));
   options.hollow.resolution = 40;
-  const TargetVerdict verdict = expect_met(solid, options, 1e-3);
+  const TargetVerdict verdict = expect_met(solid, options, 2e-6);
   EXPECT_EQ(verdict.state.deviations.size(), 10u);
   EXPECT_GT(verdict.smallest_wall_mm, 2.6);
 }
