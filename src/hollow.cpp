@@ -272,7 +272,6 @@ SpinResult hollow_spin(const Mesh& solid, const SpinOptions& options, const Prog
                                       *body.integrals, body.shell, {box.min().z(), box.max().z()}, {}, progress);
     known = &result.certificate->best;
   }
-  // Void rays may lie anywhere on their interval: the optimum is flat, and only the central path leads to one point of it.
   InteriorSolver::Setup setup;
   setup.solver = common.solver;
   if (known->converged) {

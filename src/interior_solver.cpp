@@ -34,8 +34,10 @@ InteriorSolver::Solved InteriorSolver::solve(const Moments& constant, const Prog
     case Solver::quadric:
       return solve_quadric(constant);
     case Solver::rays:
-      if (setup_.segments) return solve_interior(SegmentRays(domain_, setup_.bounds, setup_.between), constant, progress);
-      return solve_interior(BottomFilledRays(domain_), constant, progress);
+      if (!setup_.segments) return solve_interior(BottomFilledRays(domain_), constant, progress);
+      if (setup_.bounds == SegmentBounds::paper)
+        return solve_interior(CentredSegmentRays(domain_, setup_.between), constant, progress);
+      return solve_segments(constant, progress);
     case Solver::voxels:
     case Solver::octree:
       if (!cells_) {
@@ -75,7 +77,9 @@ InteriorSolver::Solved InteriorSolver::solve_interior(const Interior& interior, 
   Solved solved;
   SolveReport& report = solved.report;
   SolveOptions first = setup_.options;
-  first.probing = setup_.solver == Solver::voxels;
+  const bool pairs = interior.pair_lengths().size() > 0;
+  first.probing = pairs || setup_.solver == Solver::voxels;
+  if (pairs) first.least_fraction_to_bound = 0.9;
   report = solve_ipopt(nlp, first, progress);
   if (report.status != SolveStatus::converged && !nlp.quadratic()) {
     SolveOptions other = setup_.options;
@@ -90,6 +94,13 @@ InteriorSolver::Solved InteriorSolver::solve_interior(const Interior& interior, 
   report.x = nlp.interior_variables(report.x);
   report.variables = interior.variables();
   report.objective = goal_.objective(solved.model);
+  return solved;
+}
+
+InteriorSolver::Solved InteriorSolver::solve_segments(const Moments& constant, const Progress& progress) const {
+  const SegmentRays interior(domain_, setup_.between);
+  Solved solved = solve_interior(interior, constant, progress);
+  solved.report.x = interior.ends(solved.report.x);
   return solved;
 }
 

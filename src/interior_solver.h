@@ -27,7 +27,7 @@ public:
     QuadricOptions warm;   ///< where the quadric solver starts
   };
   struct Solved {
-    SolveReport report;
+    SolveReport report;               ///< with Solver::rays x holds z1, or z0, z1, of each interval
     Moments q = Moments::Zero();      ///< switching function: cavity where q.phi > 0
     Moments model = Moments::Zero();  ///< moments of the whole body as the solver sees it
   };
@@ -44,6 +44,7 @@ public:
 private:
   Solved solve_quadric(const Moments& constant);
   Solved solve_interior(const Interior& interior, const Moments& constant, const Progress& progress) const;
+  Solved solve_segments(const Moments& constant, const Progress& progress) const;
   Solved solve_octree(const Moments& constant, const Progress& progress) const;
   Solved adjusted(const Solved& cells, const Moments& constant) const;
 

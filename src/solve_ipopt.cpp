@@ -185,6 +185,16 @@ SolveReport solve_ipopt(const Nlp& nlp, const SolveOptions& options, const Progr
     set->SetStringValue("mu_strategy", "adaptive");
     if (options.probing) set->SetStringValue("mu_oracle", "probing");
   }
+  set->SetNumericValue("tau_min", options.least_fraction_to_bound);
+  if (nlp.strictly_within_bounds()) {
+    set->SetNumericValue("bound_relax_factor", 0);
+    // The start is within the bounds. On short intervals Ipopt's 1e-2 would push it beyond what pairs must keep.
+    set->SetNumericValue("bound_push", 1e-4);
+    set->SetNumericValue("slack_bound_push", 1e-4);
+    // Measured on SegmentRays: solutions are as good without refinement and with fewer pivots, and take a quarter less time.
+    set->SetIntegerValue("min_refinement_steps", 0);
+    set->SetNumericValue("mumps_pivtol", 1e-9);
+  }
   if (options.barrier_target > 0) set->SetNumericValue("mu_target", options.barrier_target);
   // With "" no options file is read; the default would take ipopt.opt from the current folder.
   if (const auto status = application->Initialize(""); status != Ipopt::Solve_Succeeded)

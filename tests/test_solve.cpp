@@ -163,14 +163,27 @@ void expect_derivatives_of(const Interior& interior, const Eigen::VectorXd& x) {
   const auto gradient = [&](const Eigen::VectorXd& z) -> Eigen::VectorXd { return interior.jacobian(z).transpose() * w; };
   const Eigen::VectorXd h = interior.hessian_diagonal(x, w, 0, x.size());
   EXPECT_EQ(interior.hessian_diagonal(x, w, 3, 5), h.segment(3, 5));
+  const bool paired = interior.pair_lengths().size() > 0;
+  const Eigen::VectorXd of_pairs = interior.hessian_of_pairs(x, w, 0, x.size());
+  ASSERT_EQ(of_pairs.size(), paired ? x.size() / 2 : 0);
+  if (paired) {
+    EXPECT_EQ(interior.hessian_of_pairs(x, w, 4, 6), of_pairs.segment(2, 3));
+  }
   for (Eigen::Index n = 0; n < x.size(); ++n) {
     Eigen::VectorXd above = x;
     above[n] += 1e-4;
     Eigen::VectorXd below = x;
     below[n] -= 1e-4;
-    const Eigen::VectorXd column = (gradient(above) - gradient(below)) / 2e-4;
+    Eigen::VectorXd column = (gradient(above) - gradient(below)) / 2e-4;
     EXPECT_NEAR(h[n], column[n], 1e-6 * std::abs(h[n]) + 1e-8);
-    EXPECT_NEAR(column.cwiseAbs().sum() - std::abs(column[n]), 0, 1e-8) << "a variable acts on another's derivative";
+    column[n] = 0;
+    if (paired) {
+      const Eigen::Index other = n % 2 == 0 ? n + 1 : n - 1;
+      EXPECT_NEAR(of_pairs[n / 2], column[other], 1e-6 * std::abs(h[n]) + 1e-8);
+      EXPECT_LE(of_pairs[n / 2] * of_pairs[n / 2], h[n] * h[other] * (1 + 1e-12)) << "not semidefinite";
+      column[other] = 0;
+    }
+    EXPECT_NEAR(column.cwiseAbs().sum(), 0, 1e-8) << "a variable acts on another's derivative";
   }
 }
 
@@ -179,61 +192,171 @@ TEST(BottomFilledRays, DerivativesAreThoseOfTheMoments) {
   expect_derivatives_of(interior, interior.start(0.7));
 }
 
-TEST(SegmentRays, DerivativesAreThoseOfTheMoments) {
-  for (const Between between : {Between::material, Between::cavity}) {
-    const SegmentRays interior(Problem(4).domain, SegmentBounds::complete, between);
-    expect_derivatives_of(interior, interior.start(0.6));
+/// Random segments z0 <= z1, among them full ones, void ones, and ones that end at one end of their interval.
+Eigen::VectorXd random_ends(const RayRep& domain, std::uint64_t seed, bool inside = false) {
+  Random random(seed);
+  Eigen::VectorXd z(2 * static_cast<Eigen::Index>(domain.intervals.size()));
+  for (Eigen::Index v = 0; v < z.size(); v += 2) {
+    const Interval& interval = domain.intervals[static_cast<std::size_t>(v / 2)];
+    double low = random.uniform(0.02, inside ? 0.4 : 0.98);
+    double high = random.uniform(inside ? 0.6 : 0.02, 0.98);
+    if (low > high) std::swap(low, high);
+    if (!inside && v % 5 == 0) low = 0;
+    if (!inside && v % 3 == 0) high = 1;
+    if (!inside && v % 14 == 0) high = low;
+    z[v] = interval.lo + low * interval.length();
+    z[v + 1] = high == 1 ? interval.hi : interval.lo + high * interval.length();
   }
+  return z;
+}
+
+TEST(SegmentRays, DerivativesAreThoseOfTheMoments) {
+  const Problem p(4);
+  for (const Between between : {Between::material, Between::cavity}) {
+    const CentredSegmentRays centred(p.domain, between);
+    expect_derivatives_of(centred, centred.start(0.6));
+    const SegmentRays interior(p.domain, between);
+    expect_derivatives_of(interior, interior.from_ends(random_ends(p.domain, 5, true)));
+  }
+}
+
+TEST(SegmentRays, MomentsAreThoseOfTheEndsThatTheVariablesStandFor) {
+  const Problem p(2);
+  for (const Between between : {Between::material, Between::cavity}) {
+    const CentredSegmentRays by_ends(p.domain, between);  // any two ends have moments
+    const SegmentRays interior(p.domain, between);
+    for (std::uint64_t seed = 0; seed < 5; ++seed) {
+      const Eigen::VectorXd z = random_ends(p.domain, seed);
+      const Eigen::VectorXd ab = interior.from_ends(z);
+      expect_moments_near(interior.moments(ab), by_ends.moments(z), 1e-13, 15);
+      const Eigen::VectorXd again = interior.ends(ab);
+      for (Eigen::Index v = 0; v < z.size(); v += 2) {
+        EXPECT_LE(again[v], again[v + 1]);
+        EXPECT_GE(again[v], p.domain.intervals[static_cast<std::size_t>(v / 2)].lo);
+        EXPECT_LE(again[v + 1], p.domain.intervals[static_cast<std::size_t>(v / 2)].hi);
+        if (z[v] < z[v + 1]) {
+          EXPECT_NEAR(again[v], z[v], 1e-12);
+          EXPECT_NEAR(again[v + 1], z[v + 1], 1e-12);
+        }
+      }
+    }
+  }
+}
+
+/// What pairs must keep, see Interior::pair_lengths, divided by the length.
+Eigen::VectorXd margins(const Interior& interior, const Eigen::VectorXd& ab) {
+  const Eigen::VectorXd L = interior.pair_lengths();
+  Eigen::VectorXd c(ab.size());
+  for (Eigen::Index v = 0; v < ab.size(); ++v) {
+    const Eigen::Index k = v / 2;
+    c[v] = 2 * ab[v] - std::pow(ab[2 * k] + ab[2 * k + 1], 2) / L[k];
+  }
+  return c;
+}
+
+TEST(SegmentRays, TheVariablesThatPairsMayTakeAreTheSegmentsWithinTheInterval) {
+  const Problem p(2);
+  const SegmentRays interior(p.domain);
+  const Eigen::VectorXd L = interior.pair_lengths();
+  ASSERT_EQ(2 * L.size(), interior.variables());
+  // The full ray, the void ray and rays filled from one end lie on the rim, exactly.
+  const Eigen::VectorXd z = random_ends(p.domain, 11);
+  const Eigen::VectorXd c = margins(interior, interior.from_ends(z));
+  Eigen::Index on_the_rim = 0;
+  for (Eigen::Index v = 0; v < z.size(); v += 2) {
+    const Interval& interval = p.domain.intervals[static_cast<std::size_t>(v / 2)];
+    const double length = z[v + 1] - z[v];
+    // (26e): 2 L a - (a + b)^2 = 2 (z1 - z0)(z0 - lo), 2 L b - (a + b)^2 = 2 (z1 - z0)(hi - z1).
+    EXPECT_NEAR(c[v], 2 * length * (z[v] - interval.lo) / interval.length(), 1e-13);
+    EXPECT_NEAR(c[v + 1], 2 * length * (interval.hi - z[v + 1]) / interval.length(), 1e-13);
+    on_the_rim += std::abs(c[v]) < 1e-13 || std::abs(c[v + 1]) < 1e-13;
+  }
+  EXPECT_GT(on_the_rim, L.size() / 4);
+  EXPECT_TRUE(margins(interior, interior.start(1)).isZero(1e-14));
+  EXPECT_TRUE(margins(interior, interior.start(0)).isZero(0));
+  // Other variables have ends beyond the interval.
+  Random random(12);
+  Eigen::VectorXd ab(interior.variables());
+  for (Eigen::Index v = 0; v < ab.size(); ++v) ab[v] = random.uniform(0.01, 0.6) * L[v / 2];
+  const Eigen::VectorXd beyond = margins(interior, ab);
+  const Eigen::VectorXd again = interior.from_ends(interior.ends(ab));
+  int outside = 0;
+  for (Eigen::Index v = 0; v < ab.size(); v += 2) {
+    const bool within = beyond[v] >= 0 && beyond[v + 1] >= 0;
+    outside += within ? 0 : 1;
+    EXPECT_EQ((again.segment<2>(v) - ab.segment<2>(v)).norm() < 1e-12, within) << v;
+  }
+  EXPECT_GT(outside, L.size() / 4);
+  EXPECT_LT(outside, 3 * L.size() / 4);
+}
+
+TEST(SegmentRays, SecondMomentsAreConvexAndTheOthersLinear) {
+  const Problem p(3);
+  const SegmentRays interior(p.domain);
+  const Eigen::VectorXd u = interior.from_ends(random_ends(p.domain, 21));
+  const Eigen::VectorXd v = interior.from_ends(random_ends(p.domain, 22));
+  const auto at_u = interior.contributions(u);
+  const auto at_v = interior.contributions(v);
+  double most = 0;
+  for (const double part : {0.2, 0.5, 0.9}) {
+    const auto between = interior.contributions((1 - part) * u + part * v);
+    const Eigen::Matrix<double, 10, Eigen::Dynamic> sag = (1 - part) * at_u + part * at_v - between;
+    for (Eigen::Index k = 0; k < sag.cols(); ++k)
+      for (int moment = 0; moment < 10; ++moment) {
+        if (moment != MZZ) {
+          EXPECT_NEAR(sag(moment, k), 0, 1e-9);
+        } else {
+          EXPECT_GT(sag(moment, k), -1e-9);
+          most = std::max(most, sag(moment, k));
+        }
+      }
+  }
+  EXPECT_GT(most, 10);
+  // So are the segments within an interval.
+  EXPECT_GT(margins(interior, 0.3 * u + 0.7 * v).minCoeff(), -1e-13);
 }
 
 TEST(SegmentRays, MaterialAndCavityBetweenTheSameEndsFillTheDomain) {
   const Problem p(2);
-  const SegmentRays material(p.domain, SegmentBounds::complete, Between::material);
-  const SegmentRays cavity(p.domain, SegmentBounds::complete, Between::cavity);
-  Random random(6);
-  Eigen::VectorXd z = material.lower_bounds();
-  for (Eigen::Index v = 0; v < z.size(); v += 2) {
-    const double length = p.domain.intervals[static_cast<std::size_t>(v / 2)].length();
-    const double a = random.uniform();
-    const double b = random.uniform();
-    z[v] += length * std::min(a, b);
-    z[v + 1] += length * std::max(a, b);
-  }
-  EXPECT_GT(cavity.moments(z)[M1], 0);
-  expect_moments_near(material.moments(z) + cavity.moments(z), ray_moments(p.domain), 1e-13, 15);
+  const SegmentRays material(p.domain, Between::material);
+  const SegmentRays cavity(p.domain, Between::cavity);
+  const Eigen::VectorXd ab = material.from_ends(random_ends(p.domain, 6));
+  EXPECT_GT(cavity.moments(ab)[M1], 0);
+  expect_moments_near(material.moments(ab) + cavity.moments(ab), ray_moments(p.domain), 1e-13, 15);
 }
 
 TEST(SegmentRays, StartsAreVoidSolidAndWithinTheBounds) {
   const Problem p(2);
-  for (const SegmentBounds bounds : {SegmentBounds::paper, SegmentBounds::complete})
-    for (const Between between : {Between::material, Between::cavity}) {
-      const SegmentRays interior(p.domain, bounds, between);
-      expect_moments_near(interior.moments(interior.start(1)), ray_moments(p.domain), 1e-13, 15);
-      EXPECT_LT(interior.moments(interior.start(0)).norm(), 1e-9);
-      for (const double fill : {0.0, 0.5, 1.0}) {
-        const Eigen::VectorXd x = interior.start(fill);
-        EXPECT_NEAR(interior.moments(x)[M1], fill * ray_moments(p.domain)[M1], 1e-9);
-        EXPECT_TRUE((x.array() >= interior.lower_bounds().array() - 1e-12).all());
-        EXPECT_TRUE((x.array() <= interior.upper_bounds().array() + 1e-12).all());
-        for (const auto& [i, j] : interior.ordered_pairs()) EXPECT_LE(x[i], x[j]);
+  const auto check = [&p](const Interior& interior) {
+    expect_moments_near(interior.moments(interior.start(1)), ray_moments(p.domain), 1e-13, 15);
+    EXPECT_LT(interior.moments(interior.start(0)).norm(), 1e-9);
+    for (const double fill : {0.0, 0.5, 1.0}) {
+      const Eigen::VectorXd x = interior.start(fill);
+      EXPECT_NEAR(interior.moments(x)[M1], fill * ray_moments(p.domain)[M1], 1e-9);
+      EXPECT_TRUE((x.array() >= interior.lower_bounds().array() - 1e-12).all());
+      EXPECT_TRUE((x.array() <= interior.upper_bounds().array() + 1e-12).all());
+      if (interior.pair_lengths().size() > 0) {
+        EXPECT_GT(margins(interior, x).minCoeff(), -1e-12);
       }
     }
-  // The paper's bounds keep z0 <= z1 by themselves; the complete ones need the pairs.
-  EXPECT_TRUE(SegmentRays(p.domain, SegmentBounds::paper).ordered_pairs().empty());
-  EXPECT_EQ(SegmentRays(p.domain, SegmentBounds::complete).ordered_pairs().size(), p.domain.intervals.size());
+  };
+  for (const Between between : {Between::material, Between::cavity}) {
+    check(CentredSegmentRays(p.domain, between));
+    check(SegmentRays(p.domain, between));
+  }
 }
 
 TEST(SegmentRays, BottomFilledRaysAreASpecialCase) {
   const Problem p(2);
   const BottomFilledRays bottom(p.domain);
-  const SegmentRays segments(p.domain, SegmentBounds::complete);
+  const SegmentRays segments(p.domain);
   const Eigen::VectorXd z1 = bottom.start(0.3);
   Eigen::VectorXd z(segments.variables());
   for (Eigen::Index n = 0; n < z1.size(); ++n) {
     z[2 * n] = bottom.lower_bounds()[n];
     z[2 * n + 1] = z1[n];
   }
-  expect_moments_near(segments.moments(z), bottom.moments(z1), 1e-12, 15);
+  expect_moments_near(segments.moments(segments.from_ends(z)), bottom.moments(z1), 1e-12, 15);
 }
 
 TEST(FloatGoal, DerivativesAreThoseOfTheValues) {
@@ -332,9 +455,10 @@ TEST(SpinGoal, TheInertiaTermIsThatOfTheTensor) {
             1e-4);
 }
 
-/// An Nlp's gradient, Jacobian and Hessian at x against central differences. Of the first `convex` variables negative second
-/// derivatives shall count as 0.
-void expect_derivatives_of(const Nlp& nlp, const Eigen::VectorXd& x, double tolerance, Eigen::Index convex = 0) {
+/// An Nlp's gradient, Jacobian and Hessian, with multipliers from `lowest` to `highest`, at x against central differences. Of the
+/// first `convex` variables negative second derivatives shall count as 0.
+void expect_derivatives_of(const Nlp& nlp, const Eigen::VectorXd& x, double tolerance, Eigen::Index convex = 0,
+                           double lowest = -0.7, double highest = 1.1) {
   const auto dense = [&](const Eigen::VectorXd& values, const Nlp::Pattern& pattern, Eigen::Index rows) {
     EXPECT_EQ(pattern.size(), static_cast<std::size_t>(values.size()));
     Eigen::MatrixXd M = Eigen::MatrixXd::Zero(rows, nlp.variables());
@@ -344,7 +468,7 @@ void expect_derivatives_of(const Nlp& nlp, const Eigen::VectorXd& x, double tole
   const auto jacobian = [&](const Eigen::VectorXd& y) {
     return dense(nlp.jacobian_values(y), nlp.jacobian_pattern(), nlp.constraints());
   };
-  const Eigen::VectorXd mu = Eigen::VectorXd::LinSpaced(nlp.constraints(), -0.7, 1.1);
+  const Eigen::VectorXd mu = Eigen::VectorXd::LinSpaced(nlp.constraints(), lowest, highest);
   const double factor = 0.6;
   const auto lagrangian = [&](const Eigen::VectorXd& y) -> Eigen::VectorXd {
     return factor * nlp.gradient(y) + jacobian(y).transpose() * mu;
@@ -383,18 +507,44 @@ TEST(InteriorNlp, DerivativesAreThoseOfTheValues) {
   expect_derivatives_of(affine, affine.start(), 1e-6);
 
   const SpinGoal spinning({.lambda = 0.3, .gamma_c = 0.2}, true, false, p.solid_mm3, 40);
-  for (const SegmentBounds bounds : {SegmentBounds::paper, SegmentBounds::complete}) {
-    const SegmentRays segments(p.domain, bounds);
-    const InteriorNlp curved(spinning, segments, p.shell, scale, 0.6);
-    EXPECT_FALSE(curved.quadratic());
-    expect_derivatives_of(curved, curved.start(), 1e-5, bounds == SegmentBounds::paper ? segments.variables() : 0);
-  }
+  const CentredSegmentRays centred(p.domain);
+  const InteriorNlp curved(spinning, centred, p.shell, scale, 0.6);
+  EXPECT_FALSE(curved.quadratic());
+  expect_derivatives_of(curved, curved.start(), 1e-5, centred.variables());
+
+  // Negative multipliers of the chain mean positive weights of s_zz.
+  const SegmentRays segments(p.domain);
+  const InteriorNlp paired(spinning, segments, p.shell, scale, 0.6);
+  EXPECT_EQ(paired.constraints(), paired.variables() + spinning.constraints());
+  Eigen::VectorXd x = paired.start();
+  x.head(segments.variables()) = segments.from_ends(random_ends(p.domain, 7, true)) / 40;
+  expect_derivatives_of(paired, x, 1e-5, 0, -1.1, -0.1);
+}
+
+TEST(InteriorNlp, APairWithAConcaveMomentCountsAsFlat) {
+  const Problem p(3);
+  const SpinGoal goal({.lambda = 0.3, .gamma_c = 0.2}, true, false, p.solid_mm3, 40);
+  const SegmentRays segments(p.domain);
+  const InteriorNlp nlp(goal, segments, p.shell, {p.solid_mm3, 40}, 0.6);
+  Eigen::VectorXd mu = Eigen::VectorXd::Zero(nlp.constraints());
+  const Eigen::Index chain = nlp.variables() - segments.variables();
+  const auto largest_of_segments = [&](double multiplier) {
+    mu.head(chain).setConstant(multiplier);
+    const Nlp::Pattern pattern = nlp.hessian_pattern();
+    const Eigen::VectorXd h = nlp.hessian_values(nlp.start(), 0.6, mu);
+    double largest = 0;
+    for (std::size_t n = 0; n < pattern.size(); ++n)
+      if (pattern[n].first < segments.variables()) largest = std::max(largest, std::abs(h[static_cast<Eigen::Index>(n)]));
+    return largest;
+  };
+  EXPECT_GT(largest_of_segments(-1), 1e-3);
+  EXPECT_EQ(largest_of_segments(1), 0);
 }
 
 TEST(InteriorNlp, ItsStartSatisfiesTheChain) {
   const Problem p(1.5);
   const SpinGoal goal({}, true, false, p.solid_mm3, 40);
-  const SegmentRays interior(p.domain, SegmentBounds::complete);
+  const SegmentRays interior(p.domain);
   const InteriorNlp nlp(goal, interior, p.shell, {p.solid_mm3, 40}, 0.6);
   const Eigen::VectorXd c = nlp.constraint_values(nlp.start());
   const Eigen::Index chain = nlp.variables() - interior.variables();

@@ -189,7 +189,7 @@ TEST(VoxelInterior, SpinConvergesFromAboveToTheRays) {
   const EllipsoidRays p(24, true);
   const SpinGoal goal({}, true, false, p.solid[M1], p.length_mm);
   const InteriorNlp::Scale scale{p.solid[M1], p.length_mm};
-  const SegmentRays rays(p.domain, SegmentBounds::complete);
+  const SegmentRays rays(p.domain);
   const InteriorNlp on_rays(goal, rays, p.shell, scale, 1);
   const double best = goal.objective(on_rays.body(solved(on_rays, 1e-7).x));
   std::vector<double> sizes;

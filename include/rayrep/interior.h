@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <utility>
 #include <vector>
 
 #include "rayrep/moments.h"
@@ -20,7 +19,9 @@ struct Coupling {
 ///
 ///     S(x) = constant + sum over i of s_i(x_i),
 ///
-/// so the Jacobian is a dense 10 x n matrix and the Hessian of any w.S is diagonal. Goals never see an interior.
+/// so the Jacobian is a dense 10 x n matrix and the Hessian of any w.S is diagonal. Or all variables come in pairs (x_2k, x_2k+1),
+/// each pair enters on its own, and the Hessian consists of blocks of 2 x 2, each positive or negative semidefinite. Goals never
+/// see an interior.
 class Interior {
 public:
   virtual ~Interior() = default;
@@ -29,12 +30,14 @@ public:
   virtual Eigen::VectorXd lower_bounds() const = 0;
   virtual Eigen::VectorXd upper_bounds() const = 0;
 
-  /// Pairs (i, j) of variables that must keep x_i <= x_j, where the bounds do not see to it. Empty unless overridden.
-  virtual std::vector<std::pair<int, int>> ordered_pairs() const { return {}; }
-  /// Where a solver may start: 0 all void, 1 all solid, in between partly filled; within the bounds and the ordered pairs.
+  /// Empty unless variables come in pairs. Then each pair has a length L_k > 0, in the unit of the variables, and must keep
+  ///
+  ///     2 L_k x_2k >= (x_2k + x_2k+1)^2,   2 L_k x_2k+1 >= (x_2k + x_2k+1)^2.
+  virtual Eigen::VectorXd pair_lengths() const { return {}; }
+  /// Where a solver may start: 0 all void, 1 all solid, in between partly filled; within the bounds and what pairs must keep.
   virtual Eigen::VectorXd start(double fill) const = 0;
 
-  /// s_i(x_i), one column per variable, 10 x n; mm^3, mm^4, mm^5.
+  /// s_i(x_i), one column per variable, 10 x n; mm^3, mm^4, mm^5. That of a pair is in its first column, its second one is 0.
   virtual Eigen::Matrix<double, 10, Eigen::Dynamic> contributions(const Eigen::VectorXd& x) const = 0;
   /// S(x) - constant, the sum of the contributions.
   Moments moments(const Eigen::VectorXd& x) const { return contributions(x).rowwise().sum(); }
@@ -43,6 +46,11 @@ public:
   /// Diagonal of the Hessian of w.S(x) for the variables first ... first + count - 1.
   virtual Eigen::VectorXd hessian_diagonal(const Eigen::VectorXd& x, const Moments& w, Eigen::Index first,
                                            Eigen::Index count) const = 0;
+  /// d2(w.S)/(dx_v dx_v+1) for the pairs v = first, first + 2 ... < first + count, both even. Empty without pairs.
+  virtual Eigen::VectorXd hessian_of_pairs(const Eigen::VectorXd& /*x*/, const Moments& /*w*/, Eigen::Index /*first*/,
+                                           Eigen::Index /*count*/) const {
+    return {};
+  }
 
   /// What a solver that counts lengths in units of `length_mm` should count a variable in: `length_mm` unless overridden, since
   /// most variables are lengths. Only scales.

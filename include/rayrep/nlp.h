@@ -36,6 +36,8 @@ public:
 
   /// True when c is affine and f quadratic, so that Jacobian and Hessian are constant.
   virtual bool quadratic() const = 0;
+  /// True when f and c are defined strictly within the bounds of x only, so that a solver must not relax them.
+  virtual bool strictly_within_bounds() const { return false; }
 };
 
 /// A goal over an interior, sparse although every variable enters every moment. The moments s that the goal needs become variables
@@ -48,10 +50,11 @@ public:
 /// over V L^degree / n (V the volume scale, n the number of interior variables), which makes derivatives of order 1. f is n times
 /// the sum of the goal's objective and the interior's couplings, and the constraints are n times the goal's. An affine goal keeps
 /// its objective on the interior's variables: with affine constraints the programme is then a convex or concave quadratic one.
-/// Constraints: the chain, chunk by chunk; the goal's; x_j - x_i >= 0 for the interior's ordered pairs.
-/// Hessian: of an interior without ordered pairs negative second derivatives count as 0. All but as many of those variables as
-/// there are constraints end at a bound, where it makes no difference; on the way there Ipopt would stiffen every variable on their
-/// account (measured: 20 to 30 iterations instead of 50 to more than 1000 with SegmentBounds::paper).
+/// Constraints: the chain, chunk by chunk; the goal's; 2 x_v - (x_2k + x_2k+1)^2 / L_k >= 0 for both variables v of each pair of
+/// the interior, L_k its length in their unit.
+/// Hessian: where w.S is concave in a variable, or in a pair, its second derivatives count as 0. All but as many of those variables
+/// as there are constraints end at a bound, where it makes no difference; on the way there Ipopt would stiffen every variable on
+/// their account (measured: 20 to 30 iterations instead of 50 to more than 1000 with SegmentBounds::paper).
 class InteriorNlp final : public Nlp {
 public:
   struct Scale {
@@ -77,7 +80,8 @@ public:
   Eigen::VectorXd jacobian_values(const Eigen::VectorXd& x) const override;
   Pattern hessian_pattern() const override;
   Eigen::VectorXd hessian_values(const Eigen::VectorXd& x, double objective_factor, const Eigen::VectorXd& mu) const override;
-  bool quadratic() const override { return goal_.affine() && chained_are_linear_; }
+  bool quadratic() const override { return goal_.affine() && chained_are_linear_ && pair_lengths_.size() == 0; }
+  bool strictly_within_bounds() const override { return pair_lengths_.size() > 0; }
 
   /// The interior's own variables.
   Eigen::VectorXd interior_variables(const Eigen::VectorXd& x) const;
@@ -100,9 +104,9 @@ private:
   Moments unit_;              ///< of each sum
   std::vector<int> chained_;  ///< which moments take part
   bool chained_are_linear_;
-  std::vector<std::pair<int, int>> pairs_;
+  Eigen::VectorXd pair_lengths_;  ///< in the unit of the variables
+  Eigen::Index chunk_;            ///< interior variables per link of the chain
   std::vector<Coupling> couplings_;
-  Eigen::Index chunk_;  ///< interior variables per link of the chain
 };
 
 }  // namespace rayrep

@@ -36,8 +36,11 @@ struct SolveOptions {
   /// spin problems, monotone converges on some where it does not.
   bool adaptive_barrier = true;
   /// How an adaptive barrier parameter is chosen: by Mehrotra's probing, or by Ipopt's quality function. Measured on spin problems:
-  /// fill fractions take 10 to 25 % less time with probing, the ends of segments up to several times more.
+  /// fill fractions and convex pairs (SegmentRays) take less time with probing, the ends of segments between the paper's bounds up
+  /// to several times more.
   bool probing = false;
+  /// Part of the way to the nearest bound that a step may take at least, below 1. Convex pairs take fewer iterations with 0.9.
+  double least_fraction_to_bound = 0.99;
 };
 
 struct SolveReport {
