@@ -245,9 +245,9 @@ private:
     out_.line(
         "grids, off balance as solids, and sized so that about as many rays and voxels lie inside at the finest resolution; both");
     out_.line(
-        "counts stand beside the paper's. The tilted ellipsoid and the bird are flatter, and their best interiors leave many rays");
-    out_.line(
-        "void, which costs Ipopt on rays with complete bounds several times the iterations; they stand for no shape of the paper.");
+        "counts stand beside the paper's. The tilted ellipsoid and the bird are flatter, with fewer voxels to a ray, and their "
+        "best");
+    out_.line("interiors leave many rays void; they stand for no shape of the paper.");
     out_.header({"shape", "N", "ray variables", "*Wu et al.*", "voxels", "*Wu et al.*", "*Wu et al.: rays over voxels*",
                  "rays, paper's bounds", "rays", "octree", "quadric", "quadric over rays", "objectives differ by"});
     struct Counted {
