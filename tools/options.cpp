@@ -205,8 +205,7 @@ void declare_verify(po::options_description& all, Raw& raw) {
                         "float, spin, yoyo, stand or target");
   add_density(judging, raw);
   add_wall(judging, raw);
-  judging.add_options()("original", po::value(&raw.original)->value_name("FILE"),
-                        "required outer surface, of --unit and --size");
+  judging.add_options()("original", po::value(&raw.original)->value_name("FILE"), "required outer surface, of --unit and --size");
   po::options_description floating("Goal float");
   add_fluid(floating, raw);
   po::options_description spinning("Goals spin and yoyo");

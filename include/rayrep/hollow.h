@@ -177,8 +177,8 @@ struct TargetResult {
 
 /// Computes the inside of a body with any of its ten numbers given: mass, centre of mass, inertia. What is free is minimised in the
 /// stated order. With all ten given nothing is: then the wall is made as thick as they allow, which singles out one
-/// body. HollowOptions::as_built_tolerance holds then too, but at the very edge of what is possible, where the mass hardly depends on
-/// the wall, only some 1e-4 may be reached.
+/// body. HollowOptions::as_built_tolerance holds then too, but at the very edge of what is possible, where the mass hardly depends
+/// on the wall, only some 1e-4 may be reached.
 /// @throws as hollow_float; Error{usage} for numbers that no body has, and for inertia without the coordinates of the centre of
 ///         mass it depends on, which would not be linear; Error{goal} when the numbers cannot be met, with the nearest that can,
 ///         and what would help
