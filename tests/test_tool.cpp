@@ -545,7 +545,8 @@ TEST_F(Tool, InterruptIs130AndLeavesNothing) {
   ASSERT_GE(child, 0);
   if (child == 0) {
     if (chdir(folder_.c_str()) != 0) _exit(99);
-    execl(RAYREP_TOOL, "rayrep", "float", "egg.stl", "--resolution", "500", "--quiet", static_cast<char*>(nullptr));
+    execl(RAYREP_TOOL, "rayrep", "float", "egg.stl", "--size", "200", "--resolution", "1000", "--quiet",
+          static_cast<char*>(nullptr));
     _exit(98);
   }
   usleep(700000);
