@@ -198,12 +198,15 @@ CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Mom
   const Fitter fitter(surface, quadric, options.wall_mm, field.spacing_mm);
   CavityMesh result;
   Mesh all;
+  bool crosses = true;
   for (int round = 0; round < max_rounds; ++round) {
     all = mesh_zero_set(intersect(field, quadric));
     const std::vector<Eigen::Vector3d> before = all.vertices;
     fitter.fit(all, [](const Eigen::Vector3d&) { return true; });
+    const std::vector<std::size_t> crossing = crossing_triangles(all);
+    crosses = !crossing.empty();
     std::size_t closed = 0;
-    for (const std::size_t t : crossing_triangles(all))
+    for (const std::size_t t : crossing)
       for (int k = 0; k < 3; ++k) closed += close_around(field, before[static_cast<std::size_t>(all.triangles[t][k])]);
     if (closed == 0) break;
     result.closed_samples += closed;
@@ -223,6 +226,7 @@ CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Mom
     }
   }
   flip(result.mesh);
+  if (crosses) result.crossing = crossing_triangles(result.mesh).size();
   return result;
 }
 

@@ -141,7 +141,7 @@ Eigen::Vector3d contact_point(const Mesh& mesh, const SpinAxis& axis, const Eige
   }
   // The centre of mass may lie in a hole: a tip is then thought down to the level of the lowest point.
   std::vector<LineHit> hits;
-  SurfaceQuery(upright).line_hits_brute_force(through.head<2>(), hits);
+  line_hits_brute_force(upright, through.head<2>(), hits);
   require(!hits.empty() || axis.through != SpinAxis::Through::point,
           "The spin axis does not meet the mesh: choose a point of it (--point) below or inside the body.");
   return standing.inverse() * Eigen::Vector3d(through.x(), through.y(), hits.empty() ? 0 : hits.front().z_mm);

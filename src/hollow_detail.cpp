@@ -43,7 +43,6 @@ public:
     const bool first = cavity_.mesh.vertices.empty();
     if (first || !follow_quadric(cavity_, body_.inner.field, body_.surface, q, cavity_options_)) {
       cavity_ = mesh_cavity(body_.inner.field, body_.surface, q, cavity_options_);
-      crossings_ = crossing_triangles(cavity_.mesh).size();
       followed_ = false;
     } else {
       followed_ = true;
@@ -55,7 +54,7 @@ public:
 
   bool followed() const { return followed_; }
   /// True when following has made the cavity cross itself: it must be meshed anew.
-  bool has_folded() const { return followed_ && crossing_triangles(cavity_.mesh).size() > crossings_; }
+  bool has_folded() const { return followed_ && crossing_triangles(cavity_.mesh).size() > cavity_.crossing; }
   void discard() { cavity_ = {}; }
 
   const Moments& moments() const { return moments_; }  ///< exact, of the whole body, unit density, working frame
@@ -73,7 +72,6 @@ private:
   CavityMesh cavity_;  ///< working frame
   Mesh shells_;        ///< as stored, in the frame given
   Moments moments_ = Moments::Zero();
-  std::size_t crossings_ = 0;  ///< triangles that crossed others when it was meshed
   bool followed_ = false;
 };
 
@@ -186,9 +184,7 @@ std::string Body::nothing_inside(const HollowOptions& options, const Progress& p
 Moments solve_as_built(Body& body, InteriorSolver solver, const HollowOptions& options,
                        const std::function<double(const Moments&)>& error, HollowResult& hollow, const Progress& progress,
                        const Moments& start) {
-  Moments unit;
-  for (int k = 0; k < 10; ++k) unit[k] = body.solid[M1] * std::pow(body.diagonal_mm, k == M1 ? 0 : k <= MZ ? 1 : 2);
-  Feedback feedback(unit);
+  Feedback feedback(moment_units(body.solid[M1], body.diagonal_mm));
   Moments correction = start;
   Moments best_correction = correction;
   hollow.as_built_error = std::numeric_limits<double>::infinity();

@@ -4,15 +4,11 @@
 #include <cassert>
 #include <cstdint>
 #include <cstring>
-#include <numeric>
+
+#include "union_find.h"
 
 namespace rayrep {
 namespace {
-
-int find_root(std::vector<int>& parent, int i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
-}
 
 bool same_bits(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return std::memcmp(a.data(), b.data(), sizeof a) == 0; }
 
@@ -83,19 +79,14 @@ Mesh with_merged_vertices(const Mesh& mesh) {
 }
 
 Components connected_components(const Mesh& mesh) {
-  std::vector<int> parent(mesh.vertices.size());
-  std::iota(parent.begin(), parent.end(), 0);
+  UnionFind joined(static_cast<int>(mesh.vertices.size()));
   for (const auto& t : mesh.triangles)
-    for (int k = 1; k < 3; ++k) {
-      const int a = find_root(parent, t[0]);
-      const int b = find_root(parent, t[k]);
-      if (a != b) parent[b] = a;
-    }
+    for (int k = 1; k < 3; ++k) joined.unite(t[0], t[k]);
   Components result;
   std::vector<int> number(mesh.vertices.size(), -1);
   result.of_triangle.reserve(mesh.triangles.size());
   for (const auto& t : mesh.triangles) {
-    int& n = number[find_root(parent, t[0])];
+    int& n = number[joined.root(t[0])];
     if (n < 0) n = result.count++;
     result.of_triangle.push_back(n);
   }

@@ -17,6 +17,7 @@
 #include "predicates.h"
 #include "rayrep/error.h"
 #include "rayrep/surface_query.h"
+#include "union_find.h"
 
 namespace rayrep {
 namespace {
@@ -81,23 +82,6 @@ EdgeUse edge_use(const Mesh& mesh, int triangle, int k) {
 }
 
 Vector3d midpoint(const Mesh& mesh, const EdgeUse& use) { return (mesh.vertices[use.low] + mesh.vertices[use.high]) / 2; }
-
-class UnionFind {
-public:
-  explicit UnionFind(int n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
-  int root(int i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void unite(int a, int b) {
-    a = root(a);
-    b = root(b);
-    if (a != b) parent_[std::max(a, b)] = std::min(a, b);
-  }
-
-private:
-  std::vector<int> parent_;
-};
 
 void count_edge_defects(const Mesh& mesh, MeshReport& report) {
   UnionFind components(static_cast<int>(mesh.triangles.size()));
@@ -382,7 +366,7 @@ std::vector<std::vector<int>> containing_shells(const Mesh& mesh, const Shells& 
         return sum == 0;
       };
       surface.line_hits(p.head<2>(), hits);
-      if (!closes()) surface.line_hits_brute_force(p.head<2>(), hits);
+      if (!closes()) line_hits_brute_force(surface.mesh(), p.head<2>(), hits);
       winding.clear();
       for (const LineHit& hit : hits) {
         const int other = shells.of_triangle[hit.triangle];

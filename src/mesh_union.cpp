@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -15,6 +14,7 @@
 #include "predicates.h"
 #include "rayrep/mesh_check.h"
 #include "rayrep/surface_query.h"
+#include "union_find.h"
 
 // The boundary of {winding > 0} in three steps. Triangles that meet no other one beyond shared corners and edges are classified by
 // one ray for each connected patch of them, since the winding number beside such a patch is constant. Every other triangle is split
@@ -352,25 +352,18 @@ private:
 
   /// Patches of triangles that nothing cuts, joined over edges of exactly two triangles: one ray each.
   void classify_patches() {
-    std::vector<int> parent(mesh_.triangles.size());
-    std::iota(parent.begin(), parent.end(), 0);
-    const auto root = [&parent](int t) {
-      while (parent[t] != t) t = parent[t] = parent[parent[t]];
-      return t;
-    };
+    UnionFind joined(size());
     const auto uncut = [this](int t) { return cutters_[t].empty() && !needle_[t]; };
     for_each_edge(mesh_, [&](auto begin, auto end) {
-      if (end - begin != 2 || !uncut(begin->triangle) || !uncut((end - 1)->triangle)) return;
-      const int a = root(begin->triangle);
-      const int b = root((end - 1)->triangle);
-      parent[std::max(a, b)] = std::min(a, b);
+      if (end - begin == 2 && uncut(begin->triangle) && uncut((end - 1)->triangle))
+        joined.unite(begin->triangle, (end - 1)->triangle);
     });
 
     // The ray goes through the triangle that looks largest from above.
     std::vector<int> representative(mesh_.triangles.size(), -1);
     for (int t = 0; t < size(); ++t)
       if (uncut(t)) {
-        int& r = representative[root(t)];
+        int& r = representative[joined.root(t)];
         if (r < 0 || seen_area_[t] > seen_area_[r]) r = t;
       }
     std::vector<int> patches;  // by their root
@@ -387,7 +380,7 @@ private:
       kept[patches[i]] = on_boundary(t, frame_t, sample_points(frame_t.triangle()));
     });
     whole_.resize(mesh_.triangles.size());
-    for (int t = 0; t < size(); ++t) whole_[t] = uncut(t) && kept[root(t)];
+    for (int t = 0; t < size(); ++t) whole_[t] = uncut(t) && kept[joined.root(t)];
   }
 
   std::vector<Segment> cuts_of(int t, const Frame& frame_t) const {

@@ -64,6 +64,12 @@ Moments translated(const Moments& s, const Eigen::Vector3d& t) {
   return from_parts(s[M1], first + s[M1] * t, second_moments(s) + cross + cross.transpose() + s[M1] * t * t.transpose());
 }
 
+Moments moment_units(double volume_mm3, double length_mm) {
+  Moments unit;
+  for (int k = 0; k < 10; ++k) unit[k] = volume_mm3 * std::pow(length_mm, k == M1 ? 0 : k <= MZ ? 1 : 2);
+  return unit;
+}
+
 Eigen::Matrix<double, 10, 10> moment_map(const Eigen::Affine3d& motion) {
   const Eigen::Matrix3d R = motion.linear();
   Eigen::Matrix<double, 10, 10> map;

@@ -12,8 +12,6 @@ namespace {
 constexpr Eigen::Index kChunk = 32;
 constexpr Eigen::Index kChunkOfPairs = 64;
 
-constexpr int kDegree[10] = {0, 1, 1, 1, 2, 2, 2, 2, 2, 2};
-
 /// True where moment k of a ray is linear in its ends.
 bool linear_moment(int k) { return k == M1 || k == MX || k == MY || k == MXX || k == MYY || k == MXY; }
 
@@ -29,7 +27,7 @@ InteriorNlp::InteriorNlp(const Goal& goal, const Interior& interior, const Momen
       pair_lengths_(interior.pair_lengths() / variable_unit_),
       chunk_(pair_lengths_.size() == 0 ? kChunk : kChunkOfPairs),
       couplings_(interior.couplings()) {
-  for (int k = 0; k < 10; ++k) unit_[k] = scale.volume_mm3 * std::pow(scale.length_mm, kDegree[k]) / n_;
+  unit_ = moment_units(scale.volume_mm3, scale.length_mm) / n_;
   // A moment takes part when a constraint or a curved objective depends on it. Dependence does not change with s.
   const Moments s = constant_ + interior_.moments(interior_.start(fill));
   Moments used = goal_.constraint_jacobian(s).cwiseAbs().colwise().sum().transpose();

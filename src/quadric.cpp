@@ -27,7 +27,7 @@ public:
     // The second moments give a length that does not depend on where the origin is.
     const Eigen::Vector3d centre = solid.segment<3>(MX) / solid[M1];
     const double length = std::sqrt(std::max(std::abs(solid.segment<3>(MXX).sum() / solid[M1]), centre.squaredNorm()));
-    for (int k = 0; k < 10; ++k) unit_[k] = volume * std::pow(length, k == M1 ? 0 : k <= MZ ? 1 : 2);
+    unit_ = moment_units(volume, length);
     J_ = goal.constraint_jacobian(solid) * unit_.asDiagonal();
     c_0_ = goal.constraint_values(Moments::Zero());
   }

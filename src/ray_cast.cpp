@@ -77,7 +77,7 @@ RayRep cast_rays(const SurfaceQuery& surface, const RayGrid& grid, Region region
         surface.line_hits(xy, hits);
         join_coincident(hits, tolerance_mm);
         if (!closes(hits)) {
-          surface.line_hits_brute_force(xy, hits);
+          line_hits_brute_force(surface.mesh(), xy, hits);
           join_coincident(hits, tolerance_mm);
           states[ray] = closes(hits) ? RayState::recast : RayState::bad;
         }

@@ -237,10 +237,6 @@ void SurfaceQuery::line_hits(const Eigen::Vector2d& xy, std::vector<LineHit>& hi
   sort_hits(hits);
 }
 
-void SurfaceQuery::line_hits_brute_force(const Eigen::Vector2d& xy, std::vector<LineHit>& hits) const {
-  rayrep::line_hits_brute_force(impl_->mesh, xy, hits);
-}
-
 void line_hits_brute_force(const Mesh& mesh, const Eigen::Vector2d& xy, std::vector<LineHit>& hits) {
   hits.clear();
   for (std::size_t n = 0; n < mesh.triangles.size(); ++n) {

@@ -12,7 +12,6 @@
 #include <functional>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <unordered_map>
 #include <utility>
@@ -22,6 +21,7 @@
 #include "rayrep/error.h"
 #include "rayrep/mesh_check.h"
 #include "rayrep/surface_query.h"
+#include "union_find.h"
 
 namespace rayrep::verify_detail {
 namespace {
@@ -140,7 +140,7 @@ void closed_line_hits(const SurfaceQuery& surface, const Eigen::Vector3d& p, std
   surface.line_hits(p.head<2>(), hits);
   int sum = 0;
   for (const LineHit& hit : hits) sum += hit.sign;
-  if (sum != 0) surface.line_hits_brute_force(p.head<2>(), hits);
+  if (sum != 0) line_hits_brute_force(surface.mesh(), p.head<2>(), hits);
 }
 
 // Vertical lines through a mesh. The first few look at every triangle: for them a tree does not pay.
@@ -231,24 +231,17 @@ double smallest_over_blocks(std::size_t count, double smallest, const Progress& 
 
 // For each vertex one that lies on the same side of a surface: ends of edges shorter than the distance of both from it do.
 std::vector<int> on_the_same_side(const Mesh& mesh, double distance_mm) {
-  std::vector<int> parent(mesh.vertices.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&parent](int v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
-  if (!(distance_mm > 0)) return parent;
-  for (const auto& t : mesh.triangles)
-    for (int k = 0; k < 3; ++k) {
-      const int a = t[k];
-      const int b = t[(k + 1) % 3];
-      if (a > b || (mesh.vertices[a] - mesh.vertices[b]).squaredNorm() >= distance_mm * distance_mm) continue;
-      const int root_a = root(a);
-      const int root_b = root(b);
-      parent[std::max(root_a, root_b)] = std::min(root_a, root_b);
-    }
-  for (std::size_t v = 0; v < parent.size(); ++v) parent[v] = parent[parent[v]];
-  return parent;
+  UnionFind sides(static_cast<int>(mesh.vertices.size()));
+  if (distance_mm > 0)
+    for (const auto& t : mesh.triangles)
+      for (int k = 0; k < 3; ++k) {
+        const int a = t[k];
+        const int b = t[(k + 1) % 3];
+        if (a < b && (mesh.vertices[a] - mesh.vertices[b]).squaredNorm() < distance_mm * distance_mm) sides.unite(a, b);
+      }
+  std::vector<int> representative(mesh.vertices.size());
+  for (std::size_t v = 0; v < representative.size(); ++v) representative[v] = sides.root(static_cast<int>(v));
+  return representative;
 }
 
 // Smallest distance from the cavities' vertices to the outer surface, negative where one lies outside of it.

@@ -29,13 +29,14 @@ const std::map<std::string, Unit> kUnits = {
     // 0: values
     {"error", {0, {}}},
     {"progress", {0, {"error"}}},
-    {"mesh", {0, {}}},
+    {"mesh", {0, {"union_find"}}},
     {"ray_rep", {0, {}}},
     {"block_field", {0, {}}},
     {"materials", {0, {"error"}}},
     {"mesh_edges", {0, {"mesh"}}},
     {"predicates", {0, {}}},
     {"text", {0, {}}},
+    {"union_find", {0, {}}},
     // 1: files and physics of triangles
     {"mesh_io", {1, {"mesh_io_detail"}}},
     {"mesh_io_detail", {1, {"mesh_io"}}},

@@ -355,13 +355,13 @@ TEST(BoundaryOfUnion, EverySheetOfTheResultSeparatesMaterialFromVoid) {
   for (int n = 0; n < 2000; ++n) {
     const Vector2d p(random.uniform(-4, 4), random.uniform(-4, 4));
     std::vector<double> expected;
-    before.line_hits_brute_force(p, hits);
+    line_hits_brute_force(before.mesh(), p, hits);
     int winding = 0;
     for (const auto& hit : hits) {
       if ((winding > 0) != (winding + hit.sign > 0)) expected.push_back(hit.z_mm);
       winding += hit.sign;
     }
-    after.line_hits_brute_force(p, hits);
+    line_hits_brute_force(after.mesh(), p, hits);
     ASSERT_EQ(hits.size(), expected.size()) << p.transpose();
     for (std::size_t k = 0; k < hits.size(); ++k) {
       ASSERT_NEAR(hits[k].z_mm, expected[k], 1e-11);

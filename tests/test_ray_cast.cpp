@@ -29,9 +29,9 @@ TEST(RayCast, RayThroughAFacesDiagonalIsCrossedTwice) {
   const SurfaceQuery cube(unit_cube());
   std::vector<LineHit> hits;
   for (const double t : {0.25, 0.5, 0.75}) {
-    cube.line_hits_brute_force({t, t}, hits);
+    line_hits_brute_force(cube.mesh(), {t, t}, hits);
     ASSERT_EQ(hits.size(), 2u) << t;
-    cube.line_hits_brute_force({t, 1 - t}, hits);
+    line_hits_brute_force(cube.mesh(), {t, 1 - t}, hits);
     ASSERT_EQ(hits.size(), 2u) << t;
     EXPECT_EQ(hits[0].sign, 1);
     EXPECT_EQ(hits[1].sign, -1);
@@ -79,8 +79,8 @@ TEST(RayCast, RaysOnTheOutlineCountOnceForAPartition) {
   std::vector<LineHit> a;
   std::vector<LineHit> b;
   for (const double y : {0.0, 0.25, 0.5, 0.75}) {
-    left.line_hits_brute_force({1, y}, a);
-    right.line_hits_brute_force({1, y}, b);
+    line_hits_brute_force(left.mesh(), {1, y}, a);
+    line_hits_brute_force(right.mesh(), {1, y}, b);
     EXPECT_EQ(a.size() + b.size(), 2u) << y;
   }
 }
@@ -96,7 +96,7 @@ TEST(RayCast, AgreesWithBruteForceInDoublePrecision) {
     std::size_t differing = 0;
     for (std::size_t ray = 0; ray < grid.size(); ++ray) {
       surface.line_hits(grid.at(ray), proposed);
-      surface.line_hits_brute_force(grid.at(ray), exact);
+      line_hits_brute_force(surface.mesh(), grid.at(ray), exact);
       bool same = proposed.size() == exact.size();
       for (std::size_t n = 0; same && n < exact.size(); ++n)
         same = proposed[n].triangle == exact[n].triangle && proposed[n].z_mm == exact[n].z_mm;

@@ -22,6 +22,7 @@ struct CavityMesh {
   std::size_t filled = 0;  ///< cavities left out because they were too small
   double filled_mm3 = 0;
   std::size_t closed_samples = 0;   ///< samples of the field closed because the surface folded there, see below
+  std::size_t crossing = 0;         ///< triangles that meet another one for all that
   std::size_t removed_islands = 0;  ///< specks of material floating in a cavity, left out
   double removed_mm3 = 0;
 };

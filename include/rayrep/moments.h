@@ -26,6 +26,9 @@ Moments mesh_moments(const Mesh& mesh);
 /// Moments about the origin of the body moved by t: phi(p + t) integrated. theory.md (4).
 Moments translated(const Moments& s, const Eigen::Vector3d& t);
 
+/// Units in which the moments of a body of this volume and length are of order 1: V, V L, V L^2 (mm^3, mm^4, mm^5).
+Moments moment_units(double volume_mm3, double length_mm);
+
 /// The linear map of a body's moments to those of the body moved by p -> R p + t. theory.md (4).
 /// @param motion  rigid (not checked)
 Eigen::Matrix<double, 10, 10> moment_map(const Eigen::Affine3d& motion);

@@ -47,9 +47,6 @@ public:
   /// RayCaster.
   void line_hits(const Eigen::Vector2d& xy, std::vector<LineHit>& hits) const;
 
-  /// The same by testing every triangle: exact candidates, cost proportional to their number.
-  void line_hits_brute_force(const Eigen::Vector2d& xy, std::vector<LineHit>& hits) const;
-
 private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
