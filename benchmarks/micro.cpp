@@ -12,8 +12,8 @@
 #include <numeric>
 
 #include "problem.h"
-#include "rayrep/cavity.h"
-#include "rayrep/verify.h"
+#include "rayrep/judge/verify.h"
+#include "rayrep/make/cavity.h"
 
 namespace rayrep::bench {
 namespace {

@@ -8,11 +8,11 @@
 #include <ctime>
 #include <fstream>
 
-#include "rayrep/cavity.h"
-#include "rayrep/error.h"
-#include "rayrep/mesh_check.h"
-#include "rayrep/mesh_io.h"
-#include "rayrep/waterline.h"
+#include "rayrep/base/error.h"
+#include "rayrep/io/mesh_io.h"
+#include "rayrep/make/cavity.h"
+#include "rayrep/make/waterline.h"
+#include "rayrep/mesh/mesh_check.h"
 
 namespace rayrep::bench {
 namespace {
@@ -64,7 +64,7 @@ Mesh load(const Shape& shape) {
   return mesh;
 }
 
-// The three follow hollow_float, hollow_spin and hollow_stand in src/hollow.cpp, options of Ipopt included.
+// The three follow hollow_float, hollow_spin and hollow_stand in src/make/hollow.cpp, options of Ipopt included.
 
 Problem float_problem(const Shape& shape, const HollowOptions& options, std::optional<double> waterline_mm) {
   Problem p = start(shape, options, "float");

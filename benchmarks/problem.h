@@ -6,10 +6,10 @@
 #include <optional>
 #include <string>
 
-#include "hollow_detail.h"
-#include "rayrep/goals.h"
-#include "rayrep/hollow.h"
-#include "rayrep/quadric.h"
+#include "make/hollow_detail.h"
+#include "rayrep/make/hollow.h"
+#include "rayrep/solve/goals.h"
+#include "rayrep/solve/quadric.h"
 #include "record.h"
 
 namespace rayrep::bench {

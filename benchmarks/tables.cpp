@@ -8,12 +8,12 @@
 #include <stdexcept>
 
 #include "problem.h"
-#include "rayrep/certify.h"
-#include "rayrep/error.h"
-#include "rayrep/nlp.h"
-#include "rayrep/ray_interior.h"
-#include "rayrep/solve_octree.h"
-#include "rayrep/voxel_interior.h"
+#include "rayrep/base/error.h"
+#include "rayrep/rays/ray_interior.h"
+#include "rayrep/rays/voxel_interior.h"
+#include "rayrep/solve/certify.h"
+#include "rayrep/solve/nlp.h"
+#include "rayrep/solve/solve_octree.h"
 #include "whole_run.h"
 
 namespace rayrep::bench {

@@ -14,8 +14,8 @@
 #include <string>
 #include <utility>
 
-#include "../src/mesh_io_detail.h"
-#include "rayrep/error.h"
+#include "io/mesh_io_detail.h"
+#include "rayrep/base/error.h"
 
 namespace {
 

@@ -18,7 +18,7 @@
 #include <string_view>
 #include <vector>
 
-#include "../src/mesh_io_detail.h"
+#include "io/mesh_io_detail.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);  // NOLINT(readability-identifier-naming)
 

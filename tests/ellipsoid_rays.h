@@ -6,9 +6,9 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "rayrep/moments.h"
-#include "rayrep/ray_interior.h"
-#include "rayrep/ray_rep.h"
+#include "rayrep/physics/moments.h"
+#include "rayrep/rays/ray_interior.h"
+#include "rayrep/rays/ray_rep.h"
 #include "solids.h"
 
 namespace rayrep::test {

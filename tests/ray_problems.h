@@ -11,10 +11,10 @@
 #include <memory>
 #include <vector>
 
-#include "rayrep/goals.h"
-#include "rayrep/moments.h"
-#include "rayrep/ray_interior.h"
-#include "rayrep/ray_rep.h"
+#include "rayrep/physics/moments.h"
+#include "rayrep/rays/ray_interior.h"
+#include "rayrep/rays/ray_rep.h"
+#include "rayrep/solve/goals.h"
 #include "solids.h"
 
 namespace rayrep::test {

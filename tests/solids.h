@@ -22,9 +22,9 @@
 #include <utility>
 #include <vector>
 
-#include "rayrep/error.h"
-#include "rayrep/mesh.h"
-#include "rayrep/moments.h"
+#include "rayrep/base/error.h"
+#include "rayrep/mesh/mesh.h"
+#include "rayrep/physics/moments.h"
 
 namespace rayrep::test {
 

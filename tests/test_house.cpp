@@ -1,5 +1,5 @@
 // The rules of the house (docs/architecture.md), checked on the text of the sources: include directions, where third-party
-// libraries may be seen, what the library never does. A new header or source belongs in kUnits below.
+// libraries may be seen, what the library never does.
 
 #include <gtest/gtest.h>
 
@@ -19,105 +19,17 @@ namespace {
 namespace fs = std::filesystem;
 using Problems = std::vector<std::string>;
 
-/// One line of the layer table: a header and its source share a name. A unit may include lower layers and its `peers`.
-struct Unit {
-  int layer;
-  std::vector<std::string> peers;
-};
-
-const std::map<std::string, Unit> kUnits = {
-    // 0: values
-    {"error", {0, {}}},
-    {"progress", {0, {"error"}}},
-    {"mesh", {0, {"union_find"}}},
-    {"ray_rep", {0, {}}},
-    {"block_field", {0, {}}},
-    {"materials", {0, {"error"}}},
-    {"mesh_edges", {0, {"mesh"}}},
-    {"predicates", {0, {}}},
-    {"text", {0, {}}},
-    {"union_find", {0, {}}},
-    // 1: files and physics of triangles
-    {"mesh_io", {1, {"mesh_io_detail"}}},
-    {"mesh_io_detail", {1, {"mesh_io"}}},
-    {"mesh_io_3mf", {1, {"mesh_io_detail"}}},
-    {"mesh_io_obj", {1, {"mesh_io_detail"}}},
-    {"mesh_io_off", {1, {"mesh_io_detail"}}},
-    {"mesh_io_ply", {1, {"mesh_io_detail"}}},
-    {"mesh_io_polygon", {1, {"mesh_io_detail"}}},
-    {"mesh_io_stl", {1, {"mesh_io_detail"}}},
-    {"mesh_io_text", {1, {"mesh_io_detail"}}},
-    {"close_pairs", {1, {}}},
-    {"moments", {1, {}}},
-    {"hydrostatics", {1, {"moments"}}},
-    {"inertial", {1, {"moments"}}},
-    {"spin", {1, {"moments"}}},
-    {"spin_simulation", {1, {}}},
-    {"support_polygon", {1, {}}},
-    // 2: wrapped third-party geometry
-    {"surface_query", {2, {}}},
-    {"level_set", {2, {}}},
-    // 3: what is solid, where material may go, what is wanted
-    {"mesh_check", {3, {"ray_cast"}}},
-    {"mesh_union", {3, {"mesh_check", "ray_cast"}}},
-    {"ray_cast", {3, {}}},
-    {"inner_domain", {3, {"ray_cast"}}},
-    {"cavity", {3, {}}},
-    {"interior", {3, {}}},
-    {"ray_interior", {3, {"interior"}}},
-    {"ray_integrals", {3, {"ray_interior"}}},
-    {"voxel_interior", {3, {"interior", "ray_interior"}}},
-    {"octree_interior", {3, {"voxel_interior", "ray_interior"}}},
-    {"goals", {3, {}}},
-    // 4: solvers
-    {"nlp", {4, {}}},
-    {"solve", {4, {"nlp"}}},
-    {"solve_ipopt", {4, {"nlp", "solve"}}},
-    {"solve_octree", {4, {"nlp", "solve"}}},
-    {"quadric", {4, {}}},
-    {"certify", {4, {"quadric"}}},
-    // 5: the pipeline, its judge and its report
-    {"verify", {5, {"verify_detail"}}},
-    {"verify_detail", {5, {"verify"}}},
-    {"verify_spin", {5, {"verify", "verify_detail"}}},
-    {"verify_stand", {5, {"verify", "verify_detail"}}},
-    {"verify_target", {5, {"verify", "verify_detail"}}},
-    {"waterline", {5, {}}},
-    {"interior_solver", {5, {}}},
-    {"hollow_detail", {5, {"interior_solver", "hollow"}}},
-    {"spin_search", {5, {"hollow_detail"}}},
-    {"hollow_target", {5, {"hollow", "hollow_detail"}}},
-    {"hollow", {5, {"hollow_detail", "spin_search", "waterline"}}},
-    {"report", {5, {"hollow", "verify", "waterline"}}},
-    // 6: the contents page
-    {"rayrep", {6, {}}},
-};
-
-/// Seams that are narrower than the layers: the first never includes any of the second.
-const std::map<std::string, std::set<std::string>> kStrangers = {
-    {"goals", {"interior", "ray_interior", "ray_rep", "ray_cast", "inner_domain"}},
-    {"interior", {"goals"}},
-    {"ray_interior", {"goals"}},
-    {"ray_integrals", {"goals", "interior"}},
-    {"voxel_interior", {"goals"}},
-    {"octree_interior", {"goals"}},
-    {"quadric", {"interior", "ray_interior"}},
-    {"nlp", {"ray_interior", "ray_rep", "voxel_interior", "octree_interior"}},
-    {"verify",
-     {"ray_rep", "ray_cast", "inner_domain", "cavity", "interior", "ray_interior", "goals", "nlp", "solve", "quadric", "waterline",
-      "hollow"}},
-    {"verify_detail",
-     {"ray_rep", "ray_cast", "inner_domain", "cavity", "interior", "ray_interior", "goals", "nlp", "solve", "quadric", "waterline",
-      "hollow"}},
-    {"verify_spin",
-     {"ray_rep", "ray_cast", "inner_domain", "cavity", "interior", "ray_interior", "goals", "nlp", "solve", "quadric", "waterline",
-      "hollow"}},
-    {"verify_target",
-     {"ray_rep", "ray_cast", "inner_domain", "cavity", "interior", "ray_interior", "goals", "nlp", "solve", "quadric", "waterline",
-      "hollow"}},
-    {"verify_stand",
-     {"ray_rep", "ray_cast", "inner_domain", "cavity", "interior", "ray_interior", "goals", "nlp", "solve", "quadric", "waterline",
-      "hollow"}},
+/// The layers: each folder of src/ and include/rayrep/ and the folders that its files may include besides their own.
+const std::map<std::string, std::set<std::string>> kFolders = {
+    {"base", {}},
+    {"mesh", {"base"}},
+    {"io", {"base", "mesh"}},
+    {"physics", {"base", "mesh"}},
+    {"rays", {"base", "mesh", "physics"}},
+    {"solve", {"base", "mesh", "physics", "rays"}},
+    {"make", {"base", "mesh", "physics", "rays", "solve"}},
+    {"judge", {"base", "mesh", "io", "physics"}},
+    {"report", {"base", "mesh", "io", "physics", "rays", "solve", "make", "judge"}},
 };
 
 /// Third-party headers, by the beginning of their names, and the only sources that may include them; empty: any source.
@@ -203,25 +115,13 @@ std::vector<Include> includes_of(const std::string& text) {
   return found;
 }
 
-void check_own_include(const std::string& unit, const std::string& included, Problems& problems) {
-  const std::string target = fs::path(included).stem();
-  if (target == unit) return;
-  const auto to = kUnits.find(target);
-  if (to == kUnits.end()) {
-    problems.push_back("includes \"" + included +
-                       "\", which is not in the layer table kUnits of tests/test_house.cpp: add it there");
-    return;
-  }
-  const Unit& from = kUnits.at(unit);
-  const bool peer = std::count(from.peers.begin(), from.peers.end(), target) > 0;
-  if (to->second.layer > from.layer)
-    problems.push_back("of layer " + std::to_string(from.layer) + " includes \"" + included + "\" of the higher layer " +
-                       std::to_string(to->second.layer));
-  else if (to->second.layer == from.layer && !peer)
-    problems.push_back("includes \"" + included + "\" of its own layer " + std::to_string(from.layer) + ": not among its peers");
-  const auto strangers = kStrangers.find(unit);
-  if (strangers != kStrangers.end() && strangers->second.contains(target))
-    problems.push_back("includes \"" + included + "\", which it must not know");
+void check_own_include(const std::string& folder, const std::string& included, Problems& problems) {
+  static const std::regex kOwn(R"((rayrep/)?([a-z]+)/\w+\.h)");
+  std::smatch match;
+  if (!std::regex_match(included, match, kOwn) || !kFolders.contains(match[2]))
+    problems.push_back("includes \"" + included + "\", which is in no folder of kFolders: name it from src/ or include/");
+  else if (match[2] != folder && !kFolders.at(folder).contains(match[2]))
+    problems.push_back("in " + folder + "/ may not include \"" + included + "\" of " + match[2].str() + "/");
 }
 
 void check_foreign_include(const std::string& unit, const std::string& included, Place place, Problems& problems) {
@@ -244,13 +144,14 @@ void check_foreign_include(const std::string& unit, const std::string& included,
 Problems problems_of(const std::string& path, const std::string& text, Place place) {
   Problems problems;
   const std::string unit = fs::path(path).stem();
-  if (!kUnits.contains(unit)) {
-    problems.push_back(path + ": not in the layer table kUnits of tests/test_house.cpp: add it there, and to docs/architecture.md");
+  const std::string folder = fs::path(path).parent_path().filename();
+  if (!kFolders.contains(folder)) {
+    problems.push_back(path + ": lies in no folder of kFolders in tests/test_house.cpp");
     return problems;
   }
   for (const Include& include : includes_of(text)) {
     if (include.quoted)
-      check_own_include(unit, include.name, problems);
+      check_own_include(folder, include.name, problems);
     else
       check_foreign_include(unit, include.name, place, problems);
   }
@@ -293,8 +194,15 @@ std::vector<fs::path> sources_below(const fs::path& folder) {
 
 const fs::path kRoot = RAYREP_SOURCE_DIR;
 
+/// The contents pages stand above all folders.
+std::vector<fs::path> headers_in_folders() {
+  std::vector<fs::path> headers = sources_below(kRoot / "include/rayrep");
+  std::erase_if(headers, [](const fs::path& path) { return path.parent_path() == kRoot / "include/rayrep"; });
+  return headers;
+}
+
 TEST(House, PublicHeadersKeepTheRules) {
-  const auto headers = sources_below(kRoot / "include/rayrep");
+  const auto headers = headers_in_folders();
   ASSERT_GE(headers.size(), 15u);
   for (const fs::path& path : headers)
     for (const std::string& problem : problems_of(path.lexically_relative(kRoot), read(path), Place::public_header))
@@ -309,21 +217,38 @@ TEST(House, LibrarySourcesKeepTheRules) {
       ADD_FAILURE() << problem;
 }
 
-/// The user-facing header is the contents page: it names every public header.
-TEST(House, ContentsPageNamesEveryHeader) {
-  std::set<std::string> unnamed;
-  for (const fs::path& path : sources_below(kRoot / "include/rayrep")) unnamed.insert(path.filename());
-  unnamed.erase("rayrep.h");
-  for (const Include& include : includes_of(read(kRoot / "include/rayrep/rayrep.h")))
-    unnamed.erase(fs::path(include.name).filename());
-  EXPECT_EQ(unnamed, std::set<std::string>{}) << "add these to include/rayrep/rayrep.h";
+/// rayrep.h (what is promised) and pieces.h (what it is made of) are the contents pages: together they name every public header.
+TEST(House, ContentsPagesNameEveryHeaderOnce) {
+  std::multiset<std::string> named;
+  for (const char* page : {"rayrep.h", "pieces.h"})
+    for (const Include& include : includes_of(read(kRoot / "include/rayrep" / page)))
+      if (include.name != "rayrep/rayrep.h") named.insert(include.name);
+  std::multiset<std::string> present;
+  for (const fs::path& path : headers_in_folders()) present.insert(path.lexically_relative(kRoot / "include"));
+  EXPECT_EQ(named, present);
 }
 
-TEST(House, TableNamesOnlyWhatExists) {
-  std::set<std::string> present;
-  for (const char* folder : {"include/rayrep", "src"})
-    for (const fs::path& path : sources_below(kRoot / folder)) present.insert(path.stem());
-  for (const auto& [name, unit] : kUnits) EXPECT_TRUE(present.contains(name)) << name << " is in kUnits but not in the tree";
+TEST(House, FoldersFormNoCircle) {
+  for (const auto& [folder, included] : kFolders) {
+    EXPECT_TRUE(fs::is_directory(kRoot / "src" / folder)) << folder;
+    std::set<std::string> reached;
+    std::vector<std::string> open(included.begin(), included.end());
+    while (!open.empty()) {
+      const std::string next = open.back();
+      open.pop_back();
+      ASSERT_TRUE(kFolders.contains(next)) << next;
+      if (reached.insert(next).second) open.insert(open.end(), kFolders.at(next).begin(), kFolders.at(next).end());
+    }
+    EXPECT_FALSE(reached.contains(folder)) << folder << " includes itself by way of others";
+  }
+}
+
+TEST(House, TestsMirrorTheFolders) {
+  for (const fs::path& path : sources_below(kRoot / "tests")) {
+    const std::string folder = path.parent_path().filename();
+    if (path.stem().string().rfind("test_", 0) != 0 || folder == "tests") continue;
+    EXPECT_TRUE(kFolders.contains(folder) || folder == "tools") << path;
+  }
 }
 
 // The checker itself, on texts that break each rule once.
@@ -359,46 +284,47 @@ constexpr Place kSource = Place::library_source;
 
 TEST(HouseChecker, FindsBadIncludes) {
   expect_verdicts(
-      {Case{"include/rayrep/new_thing.h", kHeader, "#pragma once\n", "add it there"},
-       Case{"include/rayrep/mesh.h", kHeader, "#pragma once\n#include \"rayrep/new_thing.h\"\n", "add it there"},
-       Case{"include/rayrep/mesh.h", kHeader, "#pragma once\n#include \"rayrep/verify.h\"\n", "higher layer"},
-       Case{"src/moments.cpp", kSource, "#include \"rayrep/hydrostatics.h\"\n", "not among its peers"},
-       Case{"src/hydrostatics.cpp", kSource, "#include \"rayrep/moments.h\"\n#include \"rayrep/mesh.h\"\n", nullptr},
-       Case{"include/rayrep/verify.h", kHeader, "#pragma once\n#include \"rayrep/ray_cast.h\"\n", "must not know"},
-       Case{"src/goals.cpp", kSource, "#include \"rayrep/ray_rep.h\"\n", "must not know"},
-       Case{"src/mesh.cpp", kSource, " # include <embree3/rtcore.h>\n", "only surface_query.cpp"},
-       Case{"src/mesh.cpp", kSource, "#include <openvdb/openvdb.h>\n", "only level_set.cpp"},
-       Case{"src/solve.cpp", kSource, "#include <coin/IpTNLP.hpp>\n", "only solve_ipopt.cpp"},
-       Case{"src/surface_query.cpp", kSource, "#include <embree3/rtcore.h>\n#include <vector>\n#include <sys/stat.h>\n", nullptr},
-       Case{"src/mesh.cpp", kSource, "#include <CGAL/Surface_mesh.h>\n", "neither a standard header"},
-       Case{"include/rayrep/mesh.h", kHeader, "#pragma once\n#include <tbb/blocked_range.h>\n", "no third-party"},
-       Case{"include/rayrep/mesh.h", kHeader, "#pragma once\n#include <Eigen/Core>\n#include <vector>\n", nullptr},
-       Case{"include/rayrep/mesh.h", kHeader, "#pragma once\n// #include \"rayrep/verify.h\"\n", nullptr},
-       Case{"include/rayrep/mesh.h", kHeader, "#include <vector>\n", "pragma once"}});
+      {Case{"include/rayrep/new/thing.h", kHeader, "#pragma once\n", "no folder"},
+       Case{"include/rayrep/mesh/mesh.h", kHeader, "#pragma once\n#include \"rayrep/new/thing.h\"\n", "no folder"},
+       Case{"include/rayrep/mesh/mesh.h", kHeader, "#pragma once\n#include \"rayrep/judge/verify.h\"\n", "may not include"},
+       Case{"src/physics/hydrostatics.cpp", kSource, "#include \"rayrep/physics/moments.h\"\n#include \"mesh/mesh.h\"\n", nullptr},
+       Case{"include/rayrep/judge/verify.h", kHeader, "#pragma once\n#include \"rayrep/rays/ray_cast.h\"\n", "may not include"},
+       Case{"src/rays/ray_cast.cpp", kSource, "#include \"rayrep/solve/goals.h\"\n", "may not include"},
+       Case{"src/rays/ray_cast.cpp", kSource, "#include \"ray_cast.h\"\n", "in no folder"},
+       Case{"src/mesh/mesh.cpp", kSource, " # include <embree3/rtcore.h>\n", "only surface_query.cpp"},
+       Case{"src/mesh/mesh.cpp", kSource, "#include <openvdb/openvdb.h>\n", "only level_set.cpp"},
+       Case{"src/solve/solve.cpp", kSource, "#include <coin/IpTNLP.hpp>\n", "only solve_ipopt.cpp"},
+       Case{"src/mesh/surface_query.cpp", kSource, "#include <embree3/rtcore.h>\n#include <vector>\n#include <sys/stat.h>\n",
+            nullptr},
+       Case{"src/mesh/mesh.cpp", kSource, "#include <CGAL/Surface_mesh.h>\n", "neither a standard header"},
+       Case{"include/rayrep/mesh/mesh.h", kHeader, "#pragma once\n#include <tbb/blocked_range.h>\n", "no third-party"},
+       Case{"include/rayrep/mesh/mesh.h", kHeader, "#pragma once\n#include <Eigen/Core>\n#include <vector>\n", nullptr},
+       Case{"include/rayrep/mesh/mesh.h", kHeader, "#pragma once\n// #include \"rayrep/judge/verify.h\"\n", nullptr},
+       Case{"include/rayrep/mesh/mesh.h", kHeader, "#include <vector>\n", "pragma once"}});
 }
 
 TEST(HouseChecker, FindsBadWords) {
   expect_verdicts(
-      {Case{"src/mesh.cpp", kSource, "int a;\nvoid f() { std::cout << 1; }\n", "line 2: 'std::cout'"},
-       Case{"src/mesh.cpp", kSource, "void f() { std::cerr << 1; }", "std::cerr"},
-       Case{"src/mesh.cpp", kSource, "void f() { printf (\"x\"); }", "printf"},
-       Case{"src/mesh.cpp", kSource, "void f() { std::fprintf(stderr, \"x\"); }", "fprintf"},
-       Case{"src/mesh.cpp", kSource, "void f() { std::snprintf(b, 9, \"printf(\"); }", nullptr},
-       Case{"src/mesh.cpp", kSource, "void f() { ::exit(1); }", "exit("},
-       Case{"src/mesh.cpp", kSource, "void f() { std::abort(); }", "abort("},
-       Case{"src/mesh.cpp", kSource, "void f() { auto t = std::chrono::steady_clock::now(); }", "std::chrono"},
-       Case{"src/mesh.cpp", kSource, "int f() { return rand(); }", "rand("},
-       Case{"src/mesh.cpp", kSource, "std::random_device d;", "random_device"},
-       Case{"src/mesh.cpp", kSource, "// std::cout\n/* exit(1)\n rand() */ const char* s = \"abort()\";", nullptr},
-       Case{"src/mesh.cpp", kSource, "const char* s = R\"x(exit(1))x\"; void f() { exit(1); }", "exit("},
-       Case{"src/mesh.cpp", kSource, "const char* s = \"\\\"\"; char q = '\"'; int n = 1'000; void f() { exit(1); }", "exit("},
-       Case{"src/mesh.cpp", kSource, "void f() { brand(); on_exit_(); operand(1); }", nullptr},
-       Case{"include/rayrep/mesh.h", kHeader, "#pragma once\ntbb::task_arena& arena();\n", "tbb::"},
-       Case{"include/rayrep/mesh.h", kHeader, "#pragma once\nnlohmann::json f();\n", "nlohmann"},
-       Case{"include/rayrep/mesh.h", kHeader, "#pragma once\nvoid f(RTCScene s);\n", "RTCScene"},
-       Case{"include/rayrep/mesh.h", kHeader, "#pragma once\nvoid f(Ipopt::TNLP&);\n", "Ipopt"},
-       Case{"include/rayrep/mesh.h", kHeader, "#pragma once\nboost::any f();\n", "boost::"},
-       Case{"include/rayrep/mesh.h", kHeader, "#pragma once\n/// Like openvdb::Grid.\nint f();\n", nullptr}});
+      {Case{"src/mesh/mesh.cpp", kSource, "int a;\nvoid f() { std::cout << 1; }\n", "line 2: 'std::cout'"},
+       Case{"src/mesh/mesh.cpp", kSource, "void f() { std::cerr << 1; }", "std::cerr"},
+       Case{"src/mesh/mesh.cpp", kSource, "void f() { printf (\"x\"); }", "printf"},
+       Case{"src/mesh/mesh.cpp", kSource, "void f() { std::fprintf(stderr, \"x\"); }", "fprintf"},
+       Case{"src/mesh/mesh.cpp", kSource, "void f() { std::snprintf(b, 9, \"printf(\"); }", nullptr},
+       Case{"src/mesh/mesh.cpp", kSource, "void f() { ::exit(1); }", "exit("},
+       Case{"src/mesh/mesh.cpp", kSource, "void f() { std::abort(); }", "abort("},
+       Case{"src/mesh/mesh.cpp", kSource, "void f() { auto t = std::chrono::steady_clock::now(); }", "std::chrono"},
+       Case{"src/mesh/mesh.cpp", kSource, "int f() { return rand(); }", "rand("},
+       Case{"src/mesh/mesh.cpp", kSource, "std::random_device d;", "random_device"},
+       Case{"src/mesh/mesh.cpp", kSource, "// std::cout\n/* exit(1)\n rand() */ const char* s = \"abort()\";", nullptr},
+       Case{"src/mesh/mesh.cpp", kSource, "const char* s = R\"x(exit(1))x\"; void f() { exit(1); }", "exit("},
+       Case{"src/mesh/mesh.cpp", kSource, "const char* s = \"\\\"\"; char q = '\"'; int n = 1'000; void f() { exit(1); }", "exit("},
+       Case{"src/mesh/mesh.cpp", kSource, "void f() { brand(); on_exit_(); operand(1); }", nullptr},
+       Case{"include/rayrep/mesh/mesh.h", kHeader, "#pragma once\ntbb::task_arena& arena();\n", "tbb::"},
+       Case{"include/rayrep/mesh/mesh.h", kHeader, "#pragma once\nnlohmann::json f();\n", "nlohmann"},
+       Case{"include/rayrep/mesh/mesh.h", kHeader, "#pragma once\nvoid f(RTCScene s);\n", "RTCScene"},
+       Case{"include/rayrep/mesh/mesh.h", kHeader, "#pragma once\nvoid f(Ipopt::TNLP&);\n", "Ipopt"},
+       Case{"include/rayrep/mesh/mesh.h", kHeader, "#pragma once\nboost::any f();\n", "boost::"},
+       Case{"include/rayrep/mesh/mesh.h", kHeader, "#pragma once\n/// Like openvdb::Grid.\nint f();\n", nullptr}});
 }
 
 }  // namespace

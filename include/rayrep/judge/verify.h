@@ -1,0 +1,222 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rayrep/base/progress.h"
+#include "rayrep/mesh/mesh.h"
+#include "rayrep/physics/hydrostatics.h"
+#include "rayrep/physics/inertial.h"
+#include "rayrep/physics/moments.h"
+#include "rayrep/physics/spin.h"
+#include "rayrep/physics/support_polygon.h"
+
+namespace rayrep {
+
+/// One thing a delivered mesh must satisfy.
+struct Criterion {
+  enum class Kind { at_most, at_least };
+  std::string name;         ///< stable identifier, e.g. "mass_error"
+  std::string description;  ///< words and unit for a table, e.g. "mass against displaced mass, relative"
+  double value = 0;
+  double limit = 0;
+  Kind kind = Kind::at_most;
+  bool pass() const { return kind == Kind::at_most ? value <= limit : value >= limit; }  ///< false for NaN
+};
+
+/// A body as it floats with its waterline at a given height.
+struct FloatState {
+  MassProperties body;
+  Hydrostatics water;
+  double displaced_mass_g = 0;
+  double mass_error = 0;             ///< |mass - displaced mass| / displaced mass
+  double horizontal_offset_mm = 0;   ///< between centre of mass and centre of buoyancy
+  double metacentric_height_mm = 0;  ///< GM: metacentre above the centre of mass
+  double settled_tilt_rad = 0;       ///< largest angle to the upright over all releases; pi if it sinks or never settles
+};
+
+struct FloatGoalSpec {
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< in the mesh's own frame
+  double waterline_mm = 0;                        ///< above the lowest point of the mesh along `up`
+  double fluid_g_cm3 = 1.0;
+  double density_g_cm3 = 1.24;
+  double wall_mm = 1.2;  ///< 0: the wall is not judged
+};
+
+struct FloatLimits {
+  double mass_error = 1e-3;
+  double offset_over_diagonal = 1e-3;             ///< horizontal offset over the diagonal of the bounding box
+  double wall_ratio = 0.98;                       ///< smallest wall over FloatGoalSpec::wall_mm
+  double release_tilt_rad = 0.17453292519943295;  ///< 10 degrees
+  int release_directions = 8;
+  double settled_tilt_rad = 0.017453292519943295;  ///< 1 degree
+};
+
+/// What a delivered mesh is found to be, whatever the goal.
+struct Verdict {
+  std::size_t bad_edges = 0;      ///< edges not run equally often both ways
+  std::size_t cavities = 0;       ///< cavity shells
+  std::size_t solid_islands = 0;  ///< solid components floating free inside a cavity
+  double smallest_wall_mm = 0;    ///< smallest distance from a cavity vertex to the outer surface, negative where one pokes out of
+                                  ///< it; infinite without cavities
+  double outer_deviation_mm = 0;  ///< 0 when every triangle of the original is there unchanged; else the distance, or infinity
+  std::vector<Criterion> criteria;
+  std::vector<std::string> notes;
+  bool pass() const;  ///< every criterion passes
+};
+
+struct FloatVerdict : Verdict {
+  FloatState state;
+};
+
+/// Judges a delivered mesh from its triangles alone: closed and consistently oriented, outer surface unchanged, no solid island,
+/// wall, mass against displaced mass, offset, metacentric height, and where it settles after releases tilted in several
+/// directions. Shares no code with ray-reps or solvers.
+///
+/// Criteria, in this order, with the limits of FloatLimits where they are not named here:
+///   closed              edges not run equally often both ways, and edges of shells that face inward but lie in nothing: 0
+///   outer_unchanged     mm, only with an original: triangles are compared as float32, in any order and orientation; at most the
+///                       float32 rounding of the largest coordinate
+///   no_islands          0
+///   wall                only with a cavity and goal.wall_mm > 0: smallest wall over goal.wall_mm, at the cavities' vertices
+///   mass_error          relative to the displaced mass
+///   offset              over the diagonal
+///   metacentric_height  mm, at least 1e-4 of the diagonal: below that floating_rest takes a body for neutral
+///   settled_tilt        rad
+///
+/// With an original, its triangles are the outer surface (existing cavities included) and all others form cavity shells and islands
+/// by their orientation and the winding number around them; without one, nesting decides for all. Mass and displacement are those
+/// of the region of positive winding number; of a mesh that is not closed, of its triangles as they are.
+/// @param original  the surface the user gave (checked); none: "outer surface unchanged" is not judged
+/// @throws Error{interrupted}; Error{usage} for a goal that makes no sense; Error{input} when the mesh has no volume. A mesh that
+///         fails a criterion is a result, not an error.
+FloatVerdict verify_float(const Mesh& delivered, const Mesh* original, const FloatGoalSpec& goal, const FloatLimits& limits = {},
+                          const Progress& progress = {});
+
+/// The state of a body at a waterline, for the "before" column. `settle` false skips the releases.
+FloatState float_state(const Mesh& mesh, const FloatGoalSpec& goal, const FloatLimits& limits, bool settle,
+                       const Progress& progress = {});
+
+/// A body that is to spin about an axis.
+struct SpinGoalSpec {
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< up, in the mesh's own frame; need not be a unit vector
+  Eigen::Vector3d contact_mm =
+      Eigen::Vector3d::Zero();  ///< where the tip touches the ground; for a yo-yo the wanted centre of mass
+  bool yoyo = false;
+  AxisClass prefer = AxisClass::largest;  ///< or smallest
+  double density_g_cm3 = 1.24;
+  double wall_mm = 1.2;  ///< 0: the wall is not judged
+};
+
+struct SpinLimits {
+  double offset_over_diagonal = 1e-3;  ///< distance of the centre of mass from the axis (or centre) over the diagonal of the box
+  double axis_angle_rad = 1e-3;        ///< between the spin axis and the nearest principal axis
+  double class_margin = 1e-6;          ///< by which the axial moment must differ from the nearest lateral one, relative
+  double wall_ratio = 0.98;            ///< smallest wall over SpinGoalSpec::wall_mm
+  double simulated_tilt_rad = 0.05;    ///< largest tilt in the simulation
+};
+
+struct SpinVerdict : Verdict {
+  SpinState state;
+};
+
+/// Judges a delivered mesh, as verify_float does, by whether it spins. Criteria, in this order: closed, outer_unchanged, no_islands
+/// and wall as there, then
+///   offset         distance of the centre of mass from the axis, over the diagonal
+///   centre         only of a yo-yo: distance of the centre of mass from contact_mm, over the diagonal
+///   axis_angle     rad
+///   axis_class     Izz over the larger lateral moment, at least 1 + class_margin (prefer largest); Izz over the smaller one, at
+///                  most 1 - class_margin (prefer smallest). A middle axis fails both.
+///   stable_speeds  number of ranges of speed in which the spin is stable: at least 1; for a tip that slides, of a yo-yo for a free
+///                  body
+///   simulated_tilt rad, only with a range: the body as delivered, nonlinear and with all its offsets, spun in the last range (1.2
+///   times
+///                  its lower end, or its middle) on a sliding tip, a yo-yo freely, and kicked by 0.001 rad, over 100 turns
+/// A note explains a middle axis, an axis of the other class, and parts below the contact point.
+/// @throws Error{usage} for a goal that makes no sense; otherwise as verify_float
+SpinVerdict verify_spin(const Mesh& delivered, const Mesh* original, const SpinGoalSpec& goal, const SpinLimits& limits = {},
+                        const Progress& progress = {});
+
+/// The state of a body on its axis, for the "before" column.
+SpinState spin_state_of(const Mesh& mesh, const SpinGoalSpec& goal, const Progress& progress = {});
+
+/// A body that is to stand on level ground.
+struct StandGoalSpec {
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< in the mesh's own frame; need not be a unit vector
+  double density_g_cm3 = 1.24;
+  double wall_mm = 1.2;                        ///< 0: the wall is not judged
+  std::optional<double> contact_tolerance_mm;  ///< none: as contact_tolerance_mm() says
+  std::optional<Eigen::Vector3d> target_mm;    ///< above which the centre of mass shall be, in the mesh's own frame
+};
+
+struct StandLimits {
+  double tipping_angle_rad = 1e-6;     ///< smallest tipping angle; the default only says that the body stands
+  double offset_over_diagonal = 1e-3;  ///< horizontal distance of the centre of mass from the target over the diagonal of the box
+  double wall_ratio = 0.98;            ///< smallest wall over StandGoalSpec::wall_mm
+};
+
+/// A body as it stands.
+struct StandState {
+  MassProperties body;
+  /// Turns the mesh's frame such that up is +z: the frame of `polygon`. The identity when up is +z, entries 0 and +-1 when it is
+  /// along an axis.
+  Eigen::Matrix3d to_ground = Eigen::Matrix3d::Identity();
+  SupportPolygon polygon;
+  Eigen::Vector2d centre_mm = Eigen::Vector2d::Zero();  ///< of mass, in plan, in the frame of `polygon`
+  double height_mm = 0;                                 ///< of the centre of mass above the ground
+  std::vector<double> tipping_angles_rad;               ///< for each edge; see tipping_angles_rad()
+  double smallest_tipping_angle_rad = 0;
+  double target_offset_mm = 0;  ///< horizontal distance of the centre of mass from the target; 0 without one
+};
+
+struct StandVerdict : Verdict {
+  StandState state;
+};
+
+/// Judges a delivered mesh, as verify_float does, by whether it stands. Criteria, in this order: closed, outer_unchanged,
+/// no_islands and wall as there, then
+///   supported  corners of the support polygon: at least 3
+///   inside     smallest tipping angle, rad
+///   offset     only with a target: over the diagonal
+/// @throws Error{usage} for a goal that makes no sense; otherwise as verify_float
+StandVerdict verify_stand(const Mesh& delivered, const Mesh* original, const StandGoalSpec& goal, const StandLimits& limits = {},
+                          const Progress& progress = {});
+
+/// The state of a body as it stands, for the "before" column.
+StandState stand_state_of(const Mesh& mesh, const StandGoalSpec& goal, const Progress& progress = {});
+
+/// A body with given mass, centre of mass and inertia.
+struct TargetGoalSpec {
+  InertialTargets wanted;  ///< in the mesh's own frame
+  double density_g_cm3 = 1.24;
+  double wall_mm = 1.2;  ///< 0: the wall is not judged
+};
+
+struct TargetLimits {
+  double relative = 1e-3;    ///< deviation of every wanted number, see InertialDeviation
+  double wall_ratio = 0.98;  ///< smallest wall over TargetGoalSpec::wall_mm
+};
+
+/// The ten numbers of a body, and those wanted beside them.
+struct TargetState {
+  MassProperties body;
+  std::vector<InertialDeviation> deviations;  ///< of every wanted number; lengths relative to the diagonal of the bounding box
+};
+
+struct TargetVerdict : Verdict {
+  TargetState state;
+};
+
+/// Judges a delivered mesh, as verify_float does, by its mass, centre of mass and inertia. Criteria, in this order: closed,
+/// outer_unchanged, no_islands and wall as there, then one for every wanted number, named by inertial_name: its deviation, relative
+/// as InertialDeviation says.
+/// @throws Error{usage} for a goal that makes no sense; otherwise as verify_float
+TargetVerdict verify_target(const Mesh& delivered, const Mesh* original, const TargetGoalSpec& goal,
+                            const TargetLimits& limits = {}, const Progress& progress = {});
+
+/// The state of a body, for the "before" column.
+TargetState target_state_of(const Mesh& mesh, const TargetGoalSpec& goal, const Progress& progress = {});
+
+}  // namespace rayrep

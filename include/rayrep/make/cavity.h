@@ -1,0 +1,50 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "rayrep/mesh/block_field.h"
+#include "rayrep/mesh/mesh.h"
+#include "rayrep/mesh/surface_query.h"
+#include "rayrep/physics/moments.h"
+
+namespace rayrep {
+
+struct CavityOptions {
+  double wall_mm = 1.2;
+  double min_cavity_mm3 = 4.0;  ///< smaller cavities are left out: they cannot be printed
+};
+
+struct CavityMesh {
+  Mesh mesh;  ///< closed shells facing into the cavity, away from the material
+  std::size_t cavities = 0;
+  std::size_t filled = 0;  ///< cavities left out because they were too small
+  double filled_mm3 = 0;
+  std::size_t closed_samples = 0;   ///< samples of the field closed because the surface folded there, see below
+  std::size_t crossing = 0;         ///< triangles that meet another one for all that
+  std::size_t removed_islands = 0;  ///< specks of material floating in a cavity, left out
+  double removed_mm3 = 0;
+};
+
+/// The surface of the cavity { p : distance(p) >= wall and q.phi(p) > 0 }: the zero set of
+/// max(wall - distance, -q.phi / |grad q.phi|), meshed on the grid of `field` and then moved onto the exact surfaces: vertices
+/// nearer to the offset surface by exact closest points, the others along the gradient of the quadric. theory.md (16). Where the
+/// body is reentrant vertices keep a little more than the wall, so that the triangles between them keep it too, to second order in
+/// the spacing: theory.md (16c). Whether the shells are closed is for verify_float to say.
+/// Where the surface would fold or cross itself (slits thinner than a cell) the cavity is closed: the samples there are set to
+/// outside in `field`, and the mesh is made again, until it is free of self-intersections or nothing is left to close.
+/// @param field  wall - distance, see InnerDomain
+/// @param q      switching function: material is where q.phi < 0
+CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Moments& q, const CavityOptions& options);
+
+/// Moves the vertices of a cavity that was made for a slightly different q onto the surfaces of this one: what lies on the offset
+/// surface stays, the rest follows the quadric. Much cheaper than meshing anew.
+/// @returns false, and leaves the mesh as it is, when a vertex would have to move by more than half a cell
+bool follow_quadric(CavityMesh& cavity, const BlockField& field, const SurfaceQuery& surface, const Moments& q,
+                    const CavityOptions& options);
+
+/// Triangles of a mesh that meet another one beyond a shared vertex or edge, ascending.
+std::vector<std::size_t> crossing_triangles(const Mesh& mesh);
+
+}  // namespace rayrep

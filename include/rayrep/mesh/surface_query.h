@@ -1,0 +1,62 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "rayrep/mesh/mesh.h"
+
+namespace rayrep {
+
+/// The point of a surface nearest to a query.
+struct ClosestPoint {
+  double distance_mm = 0;  ///< infinite when nothing lies within the search radius
+  Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();
+  int triangle = -1;  ///< -1 when nothing was found
+};
+
+/// A hit of a vertical line with a triangle. `sign` is +1 where the line, going up, enters the material, -1 where it leaves.
+struct LineHit {
+  double z_mm = 0;
+  int triangle = -1;
+  int sign = 0;
+};
+
+/// A bounding-volume hierarchy over a triangle mesh (Embree) that finds candidates, with the numbers recomputed in double.
+/// Immutable after construction; every const member may be called from many threads at once.
+class SurfaceQuery {
+public:
+  /// Keeps a copy of the triangles. An empty mesh is allowed.
+  explicit SurfaceQuery(const Mesh& mesh);
+  ~SurfaceQuery();
+  SurfaceQuery(SurfaceQuery&&) noexcept;
+  SurfaceQuery& operator=(SurfaceQuery&&) noexcept;
+
+  const Mesh& mesh() const;
+
+  /// Nearest point of the surface within `radius_mm` of p, in double precision (error below 1e-6 of the mesh's diagonal in which
+  /// triangle is nearest, exact for the triangle chosen).
+  /// @param hint  a triangle expected to be near (e.g. the answer for a neighbouring point), or -1: only speeds the search up
+  ClosestPoint closest(const Eigen::Vector3d& p, double radius_mm, int hint = -1) const;
+
+  /// All crossings of the line x, y = const with the mesh, ascending in z, entering ones first where they coincide. Embree proposes
+  /// triangles; whether the line passes through a proposed one, its depth and its sign are decided in double with the half-open
+  /// rule of theory.md (10), by which a closed mesh is crossed as often up as down even through shared edges and vertices.
+  /// Embree may fail to propose a triangle whose edge the line meets: the answer may then not be closed. The caller checks, see
+  /// RayCaster.
+  void line_hits(const Eigen::Vector2d& xy, std::vector<LineHit>& hits) const;
+
+private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// SurfaceQuery::line_hits by a test of every triangle: exact candidates, cost proportional to their number.
+void line_hits_brute_force(const Mesh& mesh, const Eigen::Vector2d& xy, std::vector<LineHit>& hits);
+
+/// Distance from p to the closed triangle (a, b, c) and the nearest point, in double. Exact for degenerate triangles too.
+double point_triangle_distance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                               const Eigen::Vector3d& c, Eigen::Vector3d* nearest = nullptr);
+
+}  // namespace rayrep

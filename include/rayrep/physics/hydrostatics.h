@@ -1,0 +1,80 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "rayrep/mesh/mesh.h"
+
+namespace rayrep {
+
+/// A plane n.p = offset with unit normal n; the fluid is where n.p < offset.
+struct Waterplane {
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+  double offset_mm = 0;
+};
+
+/// What the fluid sees of a body at rest. Units mm; "moments" of the waterplane are per unit density.
+struct Hydrostatics {
+  double displaced_volume_mm3 = 0;
+  Eigen::Vector3d centre_of_buoyancy_mm = Eigen::Vector3d::Zero();
+  double waterplane_area_mm2 = 0;
+  Eigen::Vector3d centre_of_flotation_mm = Eigen::Vector3d::Zero();  ///< centroid of the waterplane, on the plane
+  double smallest_second_moment_mm4 = 0;  ///< I_w: smallest second moment of the waterplane about an axis through its centroid
+  double largest_second_moment_mm4 = 0;
+  /// Height of the metacentre above the centre of buoyancy, I_w / V_b (ray-reps paper, Sec. 3.4); 0 if nothing is displaced.
+  double metacentric_radius_mm() const;
+  /// c_b + (I_w / V_b) n (ray-reps paper, Sec. 3.4).
+  Eigen::Vector3d metacentre_mm(const Waterplane& plane) const;
+};
+
+/// Exact hydrostatics of a closed surface by clipping each triangle at the waterplane; surface integrals about a point on the
+/// plane, so the cap contributes nothing, and Green's theorem over the cut for the waterplane. theory.md (5)-(8).
+/// @param hull  what keeps the fluid out: outward, closed, not overlapping itself (see boundary_of_union); sealed
+///              cavities must have been left out, see outer_hull.
+Hydrostatics hydrostatics(const Mesh& hull, const Waterplane& plane);
+
+/// The surface that the fluid touches: `mesh` without the components that bound sealed cavities (closed components that lie inside
+/// others and whose signed volume is negative) and without what floats inside these. Vertices with equal coordinates count as one,
+/// and the winding number of the other components decides what is inside.
+///
+/// Where components cross, call this before boundary_of_union, which cuts shells into pieces. A void that only several overlapping
+/// components enclose together is not found: it counts as flooded.
+Mesh outer_hull(const Mesh& mesh);
+
+/// The offset at which `hull` displaces `volume_mm3` with the plane's normal as given: Newton's method on the volume, whose
+/// derivative is the waterplane's area, kept in a bracket. theory.md (8). Where parts are apart and the area vanishes, any offset
+/// in the gap is right.
+/// @param normal      unit vector
+/// @param volume_mm3  between 0 and the hull's volume
+/// @throws Error{goal} if the volume is outside that range: the body sinks.
+double waterline_for_volume(const Mesh& hull, const Eigen::Vector3d& normal, double volume_mm3);
+
+/// Where a floating body comes to rest when it is let go at a given attitude and follows the righting moment quasi-statically.
+struct FloatingRest {
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< direction of world up in the body's frame
+  Waterplane plane;                               ///< the waterplane in the body's frame, normal = up; offset 0 if it sinks
+  double residual_mm = 0;                         ///< horizontal distance from centre of mass to centre of buoyancy at rest
+  bool converged = false;
+  bool sinks = false;  ///< heavier than the fluid its whole hull displaces
+};
+
+struct FloatingRestOptions {
+  double fluid_g_cm3 = 1.0;
+  double tolerance_rad = 1e-6;  ///< rest is reached when the last turn is smaller
+  int max_turns = 500;
+};
+
+/// Follows the righting moment from `up` to the rest attitude: at each turn the body heaves until it displaces its own mass, then
+/// turns about a horizontal axis by at most 0.1 rad such that its potential energy falls, so that it crosses no barrier; near
+/// the rest these are Newton steps. An unstable equilibrium is left even without a push. theory.md (9).
+///
+/// A body is neutral about an axis, and stays as it is, where its righting arm is below 1e-5 and its metacentric height below 1e-4
+/// of the hull's diagonal: less than the facets of a meshed sphere make.
+/// @param hull  see hydrostatics
+/// @param mass_g, centre_of_mass_mm  of the floating body, same frame as `hull`
+/// @param up  the attitude at which the body is let go; need not be a unit vector
+/// @throws Error{input} when the mass, the fluid's density or the hull's volume is not positive, or a coordinate not finite.
+///         Sinking and not converging are results.
+FloatingRest floating_rest(const Mesh& hull, double mass_g, const Eigen::Vector3d& centre_of_mass_mm, const Eigen::Vector3d& up,
+                           const FloatingRestOptions& options = {});
+
+}  // namespace rayrep

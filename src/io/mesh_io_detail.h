@@ -1,0 +1,124 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <locale>
+#include <span>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "rayrep/io/mesh_io.h"
+
+/// What the format readers and writers of mesh_io share. Private to src/mesh_io*.cpp, its test and its fuzzer.
+namespace rayrep::detail {
+
+/// A file in memory, and the name to call it by in messages (its ending also decides the kind).
+struct FileBytes {
+  std::string_view bytes;
+  std::string name;
+};
+
+/// The arguments printed one after the other, in the "C" locale.
+template <class... Parts>
+std::string concat(const Parts&... parts) {
+  std::ostringstream out;
+  out.imbue(std::locale::classic());
+  (out << ... << parts);
+  return out.str();
+}
+
+/// Throws Error{input}: "Cannot read <name>, <where>: <what>"; `where` may be empty.
+[[noreturn]] void fail_read(const FileBytes& file, const std::string& where, const std::string& what);
+
+/// Reads any supported kind from memory, exactly as read_mesh does after it has loaded the file.
+MeshFile read_mesh_bytes(const FileBytes& file, const ReadOptions& options);
+
+// One reader per kind. They fill mesh (in file units), format, polygons and notes; 3MF also mm_per_unit.
+MeshFile read_stl(const FileBytes& file);
+MeshFile read_obj(const FileBytes& file);
+MeshFile read_ply(const FileBytes& file);
+MeshFile read_off(const FileBytes& file);
+MeshFile read_3mf(const FileBytes& file);
+
+/// True if the file has exactly the size that the triangle count in its 80 byte + 4 header calls for.
+bool has_exact_binary_stl_size(std::string_view bytes);
+
+// One encoder per kind that can be written: the bytes of the file.
+std::string encode_stl(const Mesh& mesh);
+std::string encode_obj(const Mesh& mesh);
+std::string encode_ply(const Mesh& mesh);
+std::string encode_3mf(const Mesh& mesh);
+
+/// Parses all of `text` as a decimal number: optional sign (also +), fraction, exponent, "nan" or "inf" in any case.
+/// Numbers too large or too small for a double become +-inf or +-0. Independent of the locale.
+bool parse_number(std::string_view text, double& value);
+
+/// Parses all of `text` as a decimal integer that fits a long long.
+bool parse_integer(std::string_view text, long long& value);
+
+/// Appends the shortest decimal text that reads back as exactly `value`.
+void append_number(std::string& text, double value);
+void append_number(std::string& text, long long value);
+
+/// The line, counted from 1, that holds the byte at `offset`. Takes time in `offset`.
+std::size_t line_of(std::string_view bytes, std::size_t offset);
+
+/// ASCII lower case, for keywords and file endings.
+std::string lower_case(std::string_view text);
+
+/// Takes a text file apart into words separated by blanks. Lines end in LF, CRLF or CR.
+class TextScanner {
+public:
+  TextScanner(const FileBytes& file, std::size_t offset);
+
+  /// The next word, on whatever line; empty at the end of the file.
+  std::string_view word();
+  /// The next word of the current line; empty at its end.
+  std::string_view word_in_line();
+  /// Moves to the start of the next line.
+  void skip_line();
+  bool at_end() const { return position_ >= file_.bytes.size(); }
+  std::size_t offset() const { return position_; }
+  std::size_t remaining() const { return file_.bytes.size() - position_; }
+
+  /// The word returned last as a number. @throws Error{input} saying that `what` was expected.
+  double to_number(std::string_view word, std::string_view what) const;
+  /// Where the word returned last starts, in bytes.
+  std::size_t word_offset() const { return word_start_; }
+  /// The line, counted from 1, of the word returned last. Takes time in the size of the file.
+  std::size_t line() const;
+  /// fail_read at line().
+  [[noreturn]] void fail(const std::string& what) const;
+
+private:
+  const FileBytes& file_;
+  std::size_t position_;
+  std::size_t word_start_;
+};
+
+/// Polygons over shared vertices, as OBJ, PLY and OFF store them.
+struct PolygonSoup {
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<int> corners;       ///< vertex indices of all polygons, one after the other
+  std::vector<std::size_t> ends;  ///< one past the last corner of each polygon
+  std::size_t dropped = 0;        ///< faces of fewer than three corners, which bound nothing
+
+  /// Closes the polygon made of the corners pushed since the last call, or drops it if it has fewer than three.
+  void end_polygon();
+};
+
+/// Appends a polygon as n - 2 triangles of the same orientation that use each of its edges once: a fan where its
+/// projection along the Newell normal is strictly convex, ears otherwise. Polygons that cross themselves or have no
+/// area come out with n - 2 triangles all the same.
+void append_triangulated(std::span<const int> polygon, Mesh& mesh);
+
+/// The soup as triangles, with `polygons` and a note about dropped faces filled in.
+MeshFile triangulated(const FileBytes& file, PolygonSoup&& soup, std::string format);
+
+/// "3 <plural>", or "1 <singular>".
+std::string counted(std::size_t count, std::string_view singular, std::string_view plural);
+
+}  // namespace rayrep::detail

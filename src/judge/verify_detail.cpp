@@ -1,0 +1,414 @@
+#include "judge/verify_detail.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <map>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "base/union_find.h"
+#include "mesh/mesh_edges.h"
+#include "rayrep/base/error.h"
+#include "rayrep/mesh/mesh_check.h"
+#include "rayrep/mesh/surface_query.h"
+
+namespace rayrep::verify_detail {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// ---------------------------------------------------------------------------------------------------------------- the triangles
+
+// Which triangles of two meshes are the same, with coordinates as float32 (what STL keeps) and corners in any order.
+struct Match {
+  std::vector<bool> delivered;       // is one of the original's
+  std::vector<std::size_t> missing;  // of the original
+};
+
+template <typename Number>
+struct Hash {
+  std::size_t operator()(const std::array<Number, 3>& key) const {
+    std::uint64_t hash = 0;
+    for (const Number x : key) {
+      hash = (hash ^ std::bit_cast<std::uint32_t>(x)) * 0x9e3779b97f4a7c15u;
+      hash ^= hash >> 32;
+    }
+    return hash;
+  }
+};
+
+std::array<float, 3> as_stored(const Eigen::Vector3d& p) {
+  const Eigen::Vector3f q = p.cast<float>().array() + 0.0f;  // -0 becomes 0
+  return {q.x(), q.y(), q.z()};
+}
+
+Match match(const Mesh& delivered, const Mesh& original) {
+  std::unordered_map<std::array<float, 3>, int, Hash<float>> points;
+  points.reserve(original.vertices.size());
+  const auto key = [](const Eigen::Vector3i& t, const std::vector<int>& numbers) {
+    std::array<int, 3> corners{numbers[t[0]], numbers[t[1]], numbers[t[2]]};
+    std::sort(corners.begin(), corners.end());
+    return corners;
+  };
+  std::vector<int> numbers;  // of the vertices, by their points
+  for (const auto& v : original.vertices)
+    numbers.push_back(points.try_emplace(as_stored(v), static_cast<int>(points.size())).first->second);
+  std::unordered_map<std::array<int, 3>, std::vector<std::size_t>, Hash<int>> expected;
+  expected.reserve(original.triangles.size());
+  for (std::size_t t = 0; t < original.triangles.size(); ++t) expected[key(original.triangles[t], numbers)].push_back(t);
+
+  numbers.resize(delivered.vertices.size());
+  tbb::parallel_for(std::size_t{0}, numbers.size(), [&](std::size_t v) {
+    const auto found = points.find(as_stored(delivered.vertices[v]));
+    numbers[v] = found == points.end() ? -1 : found->second;
+  });
+  Match result;
+  result.delivered.resize(delivered.triangles.size(), false);
+  for (std::size_t t = 0; t < delivered.triangles.size(); ++t) {
+    const std::array<int, 3> corners = key(delivered.triangles[t], numbers);
+    if (corners[0] < 0) continue;
+    const auto found = expected.find(corners);
+    if (found == expected.end() || found->second.empty()) continue;
+    found->second.pop_back();
+    result.delivered[t] = true;
+  }
+  for (const auto& [corners, left] : expected) result.missing.insert(result.missing.end(), left.begin(), left.end());
+  std::sort(result.missing.begin(), result.missing.end());
+  return result;
+}
+
+// ------------------------------------------------------------------------------------------------------------------- the shells
+
+enum class ShellKind {
+  outer,       // bounds material from outside, or overlaps other material
+  cavity,      // faces inward, inside material
+  island,      // faces outward, inside a cavity
+  inside_out,  // faces inward, not inside anything
+};
+
+struct Shell {
+  std::vector<int> triangles;
+  ShellKind kind = ShellKind::outer;
+};
+
+// The triangles known to be outer surface, and the shells made of all others.
+struct Shells {
+  std::vector<int> of_triangle;  // -1: known
+  std::vector<Shell> shells;
+};
+
+// Some triangles of a mesh, with the vertices that they use, in the order of those.
+Mesh part(const Mesh& mesh, const std::vector<int>& triangles) {
+  std::vector<int> number(mesh.vertices.size(), -1);
+  for (const int t : triangles)
+    for (const int v : mesh.triangles[t]) number[v] = 0;
+  Mesh result;
+  for (std::size_t v = 0; v < number.size(); ++v)
+    if (number[v] == 0) {
+      number[v] = static_cast<int>(result.vertices.size());
+      result.vertices.push_back(mesh.vertices[v]);
+    }
+  result.triangles.reserve(triangles.size());
+  for (const int t : triangles) {
+    const Eigen::Vector3i& v = mesh.triangles[t];
+    result.triangles.emplace_back(number[v[0]], number[v[1]], number[v[2]]);
+  }
+  return result;
+}
+
+double signed_volume(const Mesh& mesh, const std::vector<int>& triangles) {
+  const Eigen::Vector3d& reference = mesh.corner(triangles.front(), 0);
+  double volume = 0;
+  for (const int t : triangles)
+    volume += (mesh.corner(t, 0) - reference).dot((mesh.corner(t, 1) - reference).cross(mesh.corner(t, 2) - reference)) / 6;
+  return volume;
+}
+
+// The hits of the vertical line through p, by every triangle where the quick answer does not close.
+void closed_line_hits(const SurfaceQuery& surface, const Eigen::Vector3d& p, std::vector<LineHit>& hits) {
+  surface.line_hits(p.head<2>(), hits);
+  int sum = 0;
+  for (const LineHit& hit : hits) sum += hit.sign;
+  if (sum != 0) line_hits_brute_force(surface.mesh(), p.head<2>(), hits);
+}
+
+// Vertical lines through a mesh. The first few look at every triangle: for them a tree does not pay.
+class Lines {
+public:
+  explicit Lines(const Mesh& mesh) : mesh_(mesh) {}
+
+  void hits(const Eigen::Vector3d& p, std::vector<LineHit>& hits) {
+    if (!surface_ && few_-- > 0) return line_hits_brute_force(mesh_, p.head<2>(), hits);
+    if (!surface_) surface_.emplace(mesh_);
+    closed_line_hits(*surface_, p, hits);
+  }
+
+private:
+  const Mesh& mesh_;
+  int few_ = 16;
+  std::optional<SurfaceQuery> surface_;
+};
+
+// What lies around a point of a shell, the shell itself left aside.
+struct Surroundings {
+  int winding = 0;        // > 0: material
+  bool enclosed = false;  // something goes around it, be it material or a cavity
+};
+
+Surroundings surroundings(Lines& lines, const Shells& all, int shell, const Eigen::Vector3d& p) {
+  std::vector<LineHit> hits;
+  lines.hits(p, hits);
+  std::map<int, int> windings;
+  for (const LineHit& hit : hits)
+    if (const int other = all.of_triangle[hit.triangle]; other != shell && hit.z_mm < p.z()) windings[other] += hit.sign;
+  Surroundings result;
+  for (const auto& [other, winding] : windings) {
+    result.winding += winding;
+    result.enclosed = result.enclosed || winding != 0;
+  }
+  return result;
+}
+
+Shells find_shells(const Mesh& mesh, const std::vector<bool>& known, const Progress& progress) {
+  std::vector<int> rest;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (!known[t]) rest.push_back(static_cast<int>(t));
+  const Components components = connected_components(part(mesh, rest));
+  Shells result;
+  result.of_triangle.assign(mesh.triangles.size(), -1);
+  result.shells.resize(components.count);
+  for (std::size_t i = 0; i < rest.size(); ++i) {
+    result.of_triangle[rest[i]] = components.of_triangle[i];
+    result.shells[components.of_triangle[i]].triangles.push_back(rest[i]);
+  }
+
+  Lines lines(mesh);
+  for (int s = 0; s < components.count; ++s) {
+    progress.check();
+    Shell& shell = result.shells[s];
+    const bool inward = signed_volume(mesh, shell.triangles) < 0;
+    const Surroundings around = surroundings(lines, result, s, mesh.corner(shell.triangles.front(), 0));
+    if (inward) {
+      shell.kind = around.winding > 0 ? ShellKind::cavity : ShellKind::inside_out;
+    } else if (around.enclosed && around.winding <= 0) {
+      // A strut that reaches from a cavity into the wall is no island: every vertex must lie in the open.
+      const Mesh alone = part(mesh, shell.triangles);
+      const bool free = std::all_of(alone.vertices.begin(), alone.vertices.end(),
+                                    [&](const Eigen::Vector3d& v) { return surroundings(lines, result, s, v).winding <= 0; });
+      shell.kind = free ? ShellKind::island : ShellKind::outer;
+    }
+  }
+  return result;
+}
+
+// Calls body(begin, end, smallest) for blocks of 0 <= i < count in parallel, each with the smallest of what is known from blocks
+// before; body makes that smaller. Nothing depends on the number of threads.
+template <typename Body>
+double smallest_over_blocks(std::size_t count, double smallest, const Progress& progress, const Body& body) {
+  constexpr std::size_t block = 512;
+  constexpr std::size_t blocks_at_once = 32;
+  for (std::size_t first = 0; first < count; first += block * blocks_at_once) {
+    progress.check();
+    std::vector<double> found(blocks_at_once, smallest);
+    tbb::parallel_for(std::size_t{0}, blocks_at_once, [&](std::size_t b) {
+      body(std::min(first + b * block, count), std::min(first + (b + 1) * block, count), found[b]);
+    });
+    smallest = *std::min_element(found.begin(), found.end());
+  }
+  return smallest;
+}
+
+// For each vertex one that lies on the same side of a surface: ends of edges shorter than the distance of both from it do.
+std::vector<int> on_the_same_side(const Mesh& mesh, double distance_mm) {
+  UnionFind sides(static_cast<int>(mesh.vertices.size()));
+  if (distance_mm > 0)
+    for (const auto& t : mesh.triangles)
+      for (int k = 0; k < 3; ++k) {
+        const int a = t[k];
+        const int b = t[(k + 1) % 3];
+        if (a < b && (mesh.vertices[a] - mesh.vertices[b]).squaredNorm() < distance_mm * distance_mm) sides.unite(a, b);
+      }
+  std::vector<int> representative(mesh.vertices.size());
+  for (std::size_t v = 0; v < representative.size(); ++v) representative[v] = sides.root(static_cast<int>(v));
+  return representative;
+}
+
+// Smallest distance from the cavities' vertices to the outer surface, negative where one lies outside of it.
+double smallest_wall(const Mesh& cavities, const Mesh& outer, const Progress& progress) {
+  if (cavities.vertices.empty()) return kInfinity;
+  const SurfaceQuery surface(outer);
+  Eigen::AlignedBox3d box = bounding_box(outer);
+  box.extend(bounding_box(cavities));
+  const double diagonal = box.diagonal().norm();
+  const std::size_t count = cavities.vertices.size();
+  const double nearest = smallest_over_blocks(count, diagonal, progress, [&](std::size_t begin, std::size_t end, double& smallest) {
+    for (std::size_t v = begin; v < end && smallest > 0; ++v)
+      smallest = std::min(smallest, surface.closest(cavities.vertices[v], smallest).distance_mm);
+  });
+  // SurfaceQuery may be wrong about which triangle is nearest by 1e-6 of the diagonal. A surface with holes has no sides.
+  const std::vector<int> representative = on_the_same_side(cavities, unbalanced_edges(outer) == 0 ? nearest - 1e-5 * diagonal : 0);
+  std::vector<char> outside(count);
+  smallest_over_blocks(count, 0, progress, [&](std::size_t begin, std::size_t end, double&) {
+    std::vector<LineHit> hits;
+    for (std::size_t v = begin; v < end; ++v) {
+      if (representative[v] != static_cast<int>(v)) continue;
+      const Eigen::Vector3d& p = cavities.vertices[v];
+      closed_line_hits(surface, p, hits);
+      int winding = 0;
+      for (const LineHit& hit : hits)
+        if (hit.z_mm < p.z()) winding += hit.sign;
+      outside[v] = winding <= 0;
+    }
+  });
+  return smallest_over_blocks(count, nearest, progress, [&](std::size_t begin, std::size_t end, double& smallest) {
+    for (std::size_t v = begin; v < end; ++v)
+      if (outside[representative[v]]) smallest = std::min(smallest, -surface.closest(cavities.vertices[v], diagonal).distance_mm);
+  });
+}
+
+double largest_distance(const std::vector<Eigen::Vector3d>& points, const Mesh& from) {
+  const SurfaceQuery surface(from);
+  const double diagonal = bounding_box(from).diagonal().norm();
+  double largest = 0;
+  for (const auto& p : points) largest = std::max(largest, surface.closest(p, diagonal).distance_mm);
+  return largest;
+}
+
+// How far the outer surface has moved: the original's triangles that are gone against the delivered surface, and what was added
+// outside against the original.
+double outer_deviation(const Mesh& mesh, const Mesh& original, const std::vector<std::size_t>& missing, const Shells& shells) {
+  std::vector<Eigen::Vector3d> gone;
+  for (const std::size_t t : missing) {
+    for (int k = 0; k < 3; ++k) gone.push_back(original.corner(t, k));
+    gone.push_back((original.corner(t, 0) + original.corner(t, 1) + original.corner(t, 2)) / 3);  // a hole leaves its corners
+  }
+  std::vector<Eigen::Vector3d> added;
+  for (const Shell& shell : shells.shells)
+    if (shell.kind == ShellKind::outer)
+      for (const auto& v : part(mesh, shell.triangles).vertices) added.push_back(v);
+  const double lost = gone.empty() ? 0 : largest_distance(gone, mesh);
+  const double gained = added.empty() ? 0 : largest_distance(added, original);
+  return std::max(lost, gained);
+}
+
+}  // namespace
+
+Criterion at_most(std::string name, std::string description, double value, double limit) {
+  return {std::move(name), std::move(description), value, limit, Criterion::Kind::at_most};
+}
+
+Criterion at_least(std::string name, std::string description, double value, double limit) {
+  return {std::move(name), std::move(description), value, limit, Criterion::Kind::at_least};
+}
+
+Mesh merged_mesh(const Mesh& mesh) {
+  Mesh merged = with_merged_vertices(mesh);
+  const auto finite = [](const Eigen::Vector3d& v) { return v.allFinite(); };
+  if (merged.triangles.empty() || !std::all_of(merged.vertices.begin(), merged.vertices.end(), finite))
+    throw Error(ErrorCode::input, "The mesh has no triangles, or coordinates that are not finite.");
+  return merged;
+}
+
+std::size_t unbalanced_edges(const Mesh& mesh) {
+  const VertexCorners at(mesh);
+  return tbb::parallel_reduce(
+      tbb::blocked_range<int>(0, static_cast<int>(mesh.vertices.size()), 1024), std::size_t{0},
+      [&](const tbb::blocked_range<int>& range, std::size_t count) {
+        std::vector<EdgeUse> uses;
+        for (int low = range.begin(); low < range.end(); ++low)
+          for_each_edge_from(mesh, at, low, uses, [&count](auto begin, auto end) {
+            int balance = 0;
+            for (auto use = begin; use != end; ++use) balance += use->direction;
+            count += balance != 0;
+          });
+        return count;
+      },
+      std::plus<>());
+}
+
+Mesh material_of(const Mesh& mesh, bool closed, const Progress& progress) {
+  return closed ? boundary_of_union(mesh, progress) : mesh;
+}
+
+MassProperties mass_properties_of(const Mesh& mesh, double density_g_cm3) {
+  const Eigen::Vector3d centre = mesh.vertices.empty() ? Eigen::Vector3d::Zero() : Eigen::Vector3d(bounding_box(mesh).center());
+  MassProperties body =
+      mass_properties(mesh_moments(transformed(mesh, Eigen::Affine3d(Eigen::Translation3d(-centre)))), density_g_cm3);
+  body.centre_of_mass_mm += centre;
+  return body;
+}
+double lowest_along(const Mesh& mesh, const Eigen::Vector3d& up) {
+  double lowest = kInfinity;
+  for (const auto& v : mesh.vertices) lowest = std::min(lowest, up.dot(v));
+  return lowest;
+}
+
+Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progress& progress, Verdict& verdict) {
+  Surface surface;
+  surface.mesh = merged_mesh(delivered);
+  const Mesh& mesh = surface.mesh;
+  const Eigen::AlignedBox3d box = bounding_box(mesh);
+  surface.diagonal_mm = box.diagonal().norm();
+  surface.float32_mm = std::ldexp(box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).maxCoeff(), -23);
+  verdict.bad_edges = unbalanced_edges(mesh);
+
+  Match matched;
+  matched.delivered.assign(mesh.triangles.size(), false);
+  if (original) matched = match(mesh, *original);
+  if (!matched.missing.empty()) {
+    // Then a triangle that is not the original's may be a moved one: whatever hangs together with the original is outer surface.
+    const Components components = connected_components(mesh);
+    std::vector<bool> holds_original(components.count, false);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      if (matched.delivered[t]) holds_original[components.of_triangle[t]] = true;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) matched.delivered[t] = holds_original[components.of_triangle[t]];
+  }
+  const Shells shells = find_shells(mesh, matched.delivered, progress);
+
+  std::vector<int> outer_triangles;
+  std::vector<int> cavity_triangles;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const int s = shells.of_triangle[t];
+    const ShellKind kind = s < 0 ? ShellKind::outer : shells.shells[s].kind;
+    if (kind == ShellKind::outer) outer_triangles.push_back(static_cast<int>(t));
+    if (kind == ShellKind::cavity) cavity_triangles.push_back(static_cast<int>(t));
+  }
+  for (const Shell& shell : shells.shells) {
+    verdict.cavities += shell.kind == ShellKind::cavity;
+    verdict.solid_islands += shell.kind == ShellKind::island;
+    if (shell.kind == ShellKind::inside_out) surface.inside_out_edges += shell.triangles.size() * 3 / 2;
+  }
+  surface.outer = part(mesh, outer_triangles);
+  verdict.smallest_wall_mm = smallest_wall(part(mesh, cavity_triangles), surface.outer, progress);
+  if (original) verdict.outer_deviation_mm = outer_deviation(mesh, *original, matched.missing, shells);
+  return surface;
+}
+
+void add_surface_criteria(const Surface& surface, bool has_original, double wall_mm, double wall_ratio, Verdict& verdict) {
+  if (verdict.bad_edges > 0) verdict.notes.push_back("The surface is not closed: the other figures take it as it is.");
+  if (surface.inside_out_edges > 0) verdict.notes.push_back("A part of the surface faces inward and lies inside nothing.");
+
+  auto& criteria = verdict.criteria;
+  criteria.push_back(at_most("closed", "edges that are open or face the wrong way",
+                             static_cast<double>(verdict.bad_edges + surface.inside_out_edges), 0));
+  if (has_original)
+    criteria.push_back(
+        at_most("outer_unchanged", "change of the outer surface, mm", verdict.outer_deviation_mm, surface.float32_mm));
+  criteria.push_back(
+      at_most("no_islands", "pieces of material loose inside a cavity", static_cast<double>(verdict.solid_islands), 0));
+  if (wall_mm > 0 && verdict.cavities > 0)
+    criteria.push_back(at_least("wall", "thinnest wall, over the wall asked for", verdict.smallest_wall_mm / wall_mm, wall_ratio));
+}
+
+}  // namespace rayrep::verify_detail

@@ -1,0 +1,56 @@
+#pragma once
+
+// What the verdicts of all goals share: the criteria on the surface itself, and the body's mass properties.
+
+#include <Eigen/Core>
+#include <string>
+
+#include "rayrep/base/progress.h"
+#include "rayrep/judge/verify.h"
+#include "rayrep/mesh/mesh.h"
+#include "rayrep/physics/moments.h"
+
+namespace rayrep::verify_detail {
+
+Criterion at_most(std::string name, std::string description, double value, double limit);
+Criterion at_least(std::string name, std::string description, double value, double limit);
+
+/// The mesh with its vertices merged.
+/// @throws Error{input} when it has no triangles, or coordinates that are not finite
+Mesh merged_mesh(const Mesh& mesh);
+
+/// Edges of a mesh with merged vertices that are not run equally often both ways.
+std::size_t unbalanced_edges(const Mesh& mesh);
+
+/// The boundary of the material: of the region of positive winding number, or of a mesh that is not closed its triangles as they
+/// are.
+/// @param mesh  vertices merged
+Mesh material_of(const Mesh& mesh, bool closed, const Progress& progress);
+
+/// Mass properties about the middle of the mesh, so that a body far from the origin keeps its digits.
+MassProperties mass_properties_of(const Mesh& material, double density_g_cm3);
+
+/// Height of the lowest vertex along `up`.
+double lowest_along(const Mesh& mesh, const Eigen::Vector3d& up);
+
+/// A delivered mesh taken apart.
+struct Surface {
+  Mesh mesh;                         ///< vertices merged
+  Mesh outer;                        ///< of these, the triangles that are not of cavity shells or islands
+  std::size_t inside_out_edges = 0;  ///< edges of shells that face inward but lie in nothing
+  double diagonal_mm = 0;            ///< of the bounding box
+  double float32_mm = 0;             ///< rounding of the largest coordinate
+
+  /// Whether the winding number means anything.
+  static bool closed(const Verdict& verdict) { return verdict.bad_edges == 0; }
+};
+
+/// Takes a delivered mesh apart, and fills in all of the verdict but criteria and notes.
+/// @throws Error{input}: see merged_mesh; Error{interrupted}
+Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progress& progress, Verdict& verdict);
+
+/// Adds the criteria closed, outer_unchanged (with an original), no_islands and wall (with a cavity and `wall_mm` > 0) and their
+/// notes.
+void add_surface_criteria(const Surface& surface, bool has_original, double wall_mm, double wall_ratio, Verdict& verdict);
+
+}  // namespace rayrep::verify_detail

@@ -1,0 +1,248 @@
+#include "rayrep/make/cavity.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "mesh/close_pairs.h"
+#include "mesh/predicates.h"
+#include "rayrep/mesh/level_set.h"
+
+namespace rayrep {
+namespace {
+
+constexpr int kSide = BlockField::kSide;
+
+/// q.phi as a function of the point.
+class Quadric {
+public:
+  explicit Quadric(const Moments& q) : q_(q) {
+    hessian_ << 2 * q[MXX], q[MXY], q[MXZ], q[MXY], 2 * q[MYY], q[MYZ], q[MXZ], q[MYZ], 2 * q[MZZ];
+    curvature_ = hessian_.norm();
+  }
+
+  double value(const Eigen::Vector3d& p) const { return q_.dot(monomials(p)); }
+  Eigen::Vector3d gradient(const Eigen::Vector3d& p) const { return q_.segment<3>(MX) + hessian_ * p; }
+
+  /// First-order signed distance to the zero set, negative where the cavity is.
+  double signed_distance(const Eigen::Vector3d& p) const {
+    const double slope = gradient(p).norm();
+    const double v = value(p);
+    return slope > 0 ? -v / slope : v > 0 ? -HUGE_VAL : HUGE_VAL;
+  }
+
+  /// +1 when q.phi > 0 in the whole ball, -1 when negative, 0 when it may change.
+  int sign_in_ball(const Eigen::Vector3d& centre, double radius) const {
+    const double v = value(centre);
+    const double change = (gradient(centre).norm() + 0.5 * curvature_ * radius) * radius;
+    return v > change ? 1 : v < -change ? -1 : 0;
+  }
+
+private:
+  Moments q_;
+  Eigen::Matrix3d hessian_;
+  double curvature_;
+};
+
+/// max(wall - distance, signed distance of the quadric) on the grid of `wall`.
+BlockField intersect(const BlockField& wall, const Quadric& quadric) {
+  BlockField field = wall;
+  field.samples.clear();
+  // The ball around a block that holds its samples and their neighbours.
+  const double radius = std::sqrt(3.0) * (kSide / 2 + 1) * wall.spacing_mm;
+  for (int a = 0; a < wall.blocks.x(); ++a)
+    for (int b = 0; b < wall.blocks.y(); ++b)
+      for (int c = 0; c < wall.blocks.z(); ++c) {
+        std::int32_t& state = field.state[field.block_index(a, b, c)];
+        if (state == BlockField::kOutside) continue;
+        const Eigen::Vector3d centre = wall.position(a * kSide + kSide / 2, b * kSide + kSide / 2, c * kSide + kSide / 2);
+        const int sign = quadric.sign_in_ball(centre, radius);
+        if (sign < 0) {
+          state = BlockField::kOutside;
+          continue;
+        }
+        if (sign > 0 && state == BlockField::kInside) continue;
+        BlockField::Block block;
+        if (state == BlockField::kInside)
+          block.fill(-wall.far());
+        else
+          block = wall.samples[static_cast<std::size_t>(state)];
+        if (sign == 0)
+          for (int i = 0; i < kSide; ++i)
+            for (int j = 0; j < kSide; ++j)
+              for (int k = 0; k < kSide; ++k) {
+                float& sample = block[static_cast<std::size_t>(BlockField::sample_index(i, j, k))];
+                const double v = quadric.signed_distance(wall.position(a * kSide + i, b * kSide + j, c * kSide + k));
+                sample = std::max(sample, static_cast<float>(std::clamp(v, -1.0 * wall.far(), 1.0 * wall.far())));
+              }
+        state = static_cast<std::int32_t>(field.samples.size());
+        field.samples.push_back(block);
+      }
+  return field;
+}
+
+/// Moves the vertices of a cavity onto its surfaces.
+class Fitter {
+public:
+  Fitter(const SurfaceQuery& surface, const Quadric& quadric, double wall_mm, double h)
+      : surface_(surface), quadric_(quadric), wall_(wall_mm), h_(h) {}
+
+  /// Moves the vertices that are `chosen`, each within a cell of the true surface, onto it, and where triangles between them would
+  /// cut into the wall a little beyond it.
+  template <typename Chosen>
+  void fit(Mesh& mesh, const Chosen& chosen) const {
+    std::vector<ClosestPoint> wall(mesh.vertices.size());
+    tbb::parallel_for(std::size_t{0}, mesh.vertices.size(), [&](std::size_t n) {
+      if (chosen(mesh.vertices[n])) wall[n] = land(mesh.vertices[n], wall_);
+    });
+    const std::vector<double> needed = distances_needed(mesh, wall);
+    tbb::parallel_for(std::size_t{0}, mesh.vertices.size(), [&](std::size_t n) {
+      if (needed[n] > 0) land(mesh.vertices[n], needed[n]);
+    });
+  }
+
+private:
+  /// Moves p to where it is `distance_mm` from the surface, or on the quadric where that is farther inside the cavity.
+  /// @returns the surface's point closest to p; no triangle where it is out of reach or p was left where it was
+  ClosestPoint land(Eigen::Vector3d& p, double distance_mm) const {
+    const Eigen::Vector3d start = p;
+    ClosestPoint closest;
+    for (int iteration = 0; iteration < 12; ++iteration) {
+      closest = surface_.closest(p, distance_mm + 2 * h_, closest.triangle);
+      const double to_wall = closest.triangle < 0 ? -HUGE_VAL : distance_mm - closest.distance_mm;
+      const double to_quadric = quadric_.signed_distance(p);
+      const double worst = std::max(to_wall, to_quadric);
+      if (iteration == 0 && worst < -h_) return {};  // where the cavity was closed by hand, neither surface is near
+      if (std::abs(worst) < 1e-6 * h_) break;
+      if (to_wall >= to_quadric) {
+        if (closest.distance_mm <= 0) break;
+        p += (to_wall / closest.distance_mm) * (p - closest.point_mm);
+      } else {
+        p += to_quadric * quadric_.gradient(p).normalized();
+      }
+    }
+    if ((p - start).norm() <= 2 * h_) return closest;
+    p = start;
+    return {};
+  }
+
+  /// How far from the surface each vertex has to be so that the triangles around it keep the wall; 0 where the wall is enough.
+  /// Between two vertices whose closest points lie nearer together than they do the offset surface bulges into the cavity, by
+  /// L (L - L') / 8 wall in the middle of an edge of length L, L' between the closest points, and 4/3 of that inside a triangle.
+  std::vector<double> distances_needed(const Mesh& mesh, const std::vector<ClosestPoint>& wall) const {
+    std::vector<double> needed(mesh.vertices.size(), 0.0);
+    for (const auto& t : mesh.triangles)
+      for (int k = 0; k < 3; ++k) {
+        const auto a = static_cast<std::size_t>(t[k]);
+        const auto b = static_cast<std::size_t>(t[(k + 1) % 3]);
+        if (wall[a].triangle < 0 || wall[b].triangle < 0) continue;
+        const double length = (mesh.vertices[a] - mesh.vertices[b]).norm();
+        const double between = (wall[a].point_mm - wall[b].point_mm).norm();
+        const double bulge = length * (length - between) / (6 * wall_);
+        const double missing = wall_ + bulge - 0.5 * (wall[a].distance_mm + wall[b].distance_mm);
+        if (bulge <= 0 || missing < 1e-3 * wall_) continue;
+        for (const std::size_t n : {a, b}) needed[n] = std::max(needed[n], wall[n].distance_mm + missing);
+      }
+    return needed;
+  }
+
+  const SurfaceQuery& surface_;
+  const Quadric& quadric_;
+  double wall_;
+  double h_;
+};
+
+/// Closes the cavity around a point: all samples within a step of it along each axis. Returns how many were inside.
+std::size_t close_around(BlockField& field, const Eigen::Vector3d& p) {
+  const Eigen::Vector3d at = (p - field.origin_mm) / field.spacing_mm;
+  const Eigen::Vector3i low = at.array().floor().cast<int>();
+  const Eigen::Vector3i samples = BlockField::kSide * field.blocks;
+  std::size_t closed = 0;
+  for (int i = std::max(0, low.x()); i <= std::min(low.x() + 1, samples.x() - 1); ++i)
+    for (int j = std::max(0, low.y()); j <= std::min(low.y() + 1, samples.y() - 1); ++j)
+      for (int k = std::max(0, low.z()); k <= std::min(low.z() + 1, samples.z() - 1); ++k)
+        closed += field.raise(i, j, k, static_cast<float>(0.5 * field.spacing_mm));
+  return closed;
+}
+
+double signed_volume(const Mesh& shell) { return mesh_moments(shell)[M1]; }
+
+}  // namespace
+
+std::vector<std::size_t> crossing_triangles(const Mesh& mesh) {
+  const auto pairs = close_pairs(mesh);
+  std::vector<char> crosses(pairs.size());
+  tbb::parallel_for(std::size_t{0}, pairs.size(), [&](std::size_t n) {
+    const auto s = static_cast<std::size_t>(pairs[n].first);
+    const auto t = static_cast<std::size_t>(pairs[n].second);
+    const Eigen::Vector3d p[3] = {mesh.corner(s, 0), mesh.corner(s, 1), mesh.corner(s, 2)};
+    const Eigen::Vector3d q[3] = {mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)};
+    crosses[n] = triangles_intersect(p, mesh.triangles[s], q, mesh.triangles[t]);
+  });
+  std::vector<std::size_t> triangles;
+  for (std::size_t n = 0; n < pairs.size(); ++n)
+    if (crosses[n]) {
+      triangles.push_back(static_cast<std::size_t>(pairs[n].first));
+      triangles.push_back(static_cast<std::size_t>(pairs[n].second));
+    }
+  std::sort(triangles.begin(), triangles.end());
+  triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
+  return triangles;
+}
+
+CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Moments& q, const CavityOptions& options) {
+  constexpr int max_rounds = 8;
+  const Quadric quadric(q);
+  const Fitter fitter(surface, quadric, options.wall_mm, field.spacing_mm);
+  CavityMesh result;
+  Mesh all;
+  bool crosses = true;
+  for (int round = 0; round < max_rounds; ++round) {
+    all = mesh_zero_set(intersect(field, quadric));
+    const std::vector<Eigen::Vector3d> before = all.vertices;
+    fitter.fit(all, [](const Eigen::Vector3d&) { return true; });
+    const std::vector<std::size_t> crossing = crossing_triangles(all);
+    crosses = !crossing.empty();
+    std::size_t closed = 0;
+    for (const std::size_t t : crossing)
+      for (int k = 0; k < 3; ++k) closed += close_around(field, before[static_cast<std::size_t>(all.triangles[t][k])]);
+    if (closed == 0) break;
+    result.closed_samples += closed;
+  }
+
+  for (const Mesh& shell : split(all, connected_components(all))) {
+    const double volume = signed_volume(shell);
+    if (volume <= 0) {
+      ++result.removed_islands;
+      result.removed_mm3 -= volume;
+    } else if (volume < options.min_cavity_mm3) {
+      ++result.filled;
+      result.filled_mm3 += volume;
+    } else {
+      ++result.cavities;
+      append(result.mesh, shell);
+    }
+  }
+  flip(result.mesh);
+  if (crosses) result.crossing = crossing_triangles(result.mesh).size();
+  return result;
+}
+
+bool follow_quadric(CavityMesh& cavity, const BlockField& field, const SurfaceQuery& surface, const Moments& q,
+                    const CavityOptions& options) {
+  const double h = field.spacing_mm;
+  const Quadric quadric(q);
+  Mesh moved = cavity.mesh;
+  // With one more step around what may move, so that triangles between the moved and the others are looked at too.
+  Fitter(surface, quadric, options.wall_mm, h).fit(moved, [&](const Eigen::Vector3d& p) {
+    return quadric.signed_distance(p) > -3 * h;
+  });
+  for (std::size_t n = 0; n < moved.vertices.size(); ++n)
+    if ((moved.vertices[n] - cavity.mesh.vertices[n]).norm() > 0.5 * h) return false;
+  cavity.mesh = std::move(moved);
+  return true;
+}
+
+}  // namespace rayrep

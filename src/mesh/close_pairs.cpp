@@ -1,0 +1,427 @@
+#include "mesh/close_pairs.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <limits>
+
+#include "mesh/mesh_edges.h"
+
+// A tree of boxes over the triangles in the order of a curve that fills space: groups of eight neighbours on the curve, eight
+// groups to a node, and so on. The order decides how fast this is, never what is found.
+
+namespace rayrep {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3i;
+
+constexpr std::size_t kGroup = 8;
+constexpr int kSpan = 4;  // a triangle that would make its group's box longer than so many times itself begins a new one
+
+/// A box on a grid of 65000 cells along the longest side.
+struct Box {
+  std::array<std::int16_t, 3> low{INT16_MAX, INT16_MAX, INT16_MAX};
+  std::array<std::int16_t, 3> high{INT16_MIN, INT16_MIN, INT16_MIN};
+
+  void extend(const Box& other) {
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], other.low[axis]);
+      high[axis] = std::max(high[axis], other.high[axis]);
+    }
+  }
+};
+
+Box intersection(const Box& a, const Box& b) {
+  Box box;
+  for (int axis = 0; axis < 3; ++axis) {
+    box.low[axis] = std::max(a.low[axis], b.low[axis]);
+    box.high[axis] = std::min(a.high[axis], b.high[axis]);
+  }
+  return box;
+}
+
+/// The boxes of eight triangles, groups or nodes; empty ones meet nothing.
+struct Boxes {
+  std::int16_t low[3][kGroup];
+  std::int16_t high[3][kGroup];
+
+  Boxes() {
+    std::fill_n(&low[0][0], 3 * kGroup, INT16_MAX);
+    std::fill_n(&high[0][0], 3 * kGroup, INT16_MIN);
+  }
+
+  void set(std::size_t k, const Box& box) {
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis][k] = box.low[axis];
+      high[axis][k] = box.high[axis];
+    }
+  }
+
+  Box at(std::size_t k) const { return {{low[0][k], low[1][k], low[2][k]}, {high[0][k], high[1][k], high[2][k]}}; }
+};
+
+constexpr std::int16_t kBit[kGroup] = {1, 2, 4, 8, 16, 32, 64, 128};
+
+/// A bit for each of the boxes that meet another one. Not inlined: GCC would unroll the loop before it looks for vector
+/// instructions.
+[[gnu::noinline]] std::uint32_t meeting(const Boxes& boxes, const Box& box) {
+  const std::int16_t x0 = box.low[0], y0 = box.low[1], z0 = box.low[2];
+  const std::int16_t x1 = box.high[0], y1 = box.high[1], z1 = box.high[2];
+  std::int16_t bits = 0;
+  for (std::size_t k = 0; k < kGroup; ++k) {
+    const bool apart = (boxes.low[0][k] > x1) | (boxes.low[1][k] > y1) | (boxes.low[2][k] > z1) | (boxes.high[0][k] < x0) |
+                       (boxes.high[1][k] < y0) | (boxes.high[2][k] < z0);
+    bits |= apart ? std::int16_t{0} : kBit[k];
+  }
+  return static_cast<std::uint32_t>(bits);
+}
+
+/// The lowest ten bits of n, two zeros between each.
+std::uint32_t spread(std::uint32_t n) {
+  n = (n | n << 16) & 0x030000FF;
+  n = (n | n << 8) & 0x0300F00F;
+  n = (n | n << 4) & 0x030C30C3;
+  return (n | n << 2) & 0x09249249;
+}
+
+struct Place {
+  std::uint64_t key;
+  int triangle;
+};
+
+/// By the lowest `bits` of the key, places with the same one in the order they had.
+void sort_by_key(std::vector<Place>& places, int bits) {
+  constexpr int kDigit = 11;
+  std::vector<Place> sorted(places.size());
+  for (int shift = 0; shift < bits; shift += kDigit) {
+    const auto digit = [shift](const Place& place) { return place.key >> shift & ((1u << kDigit) - 1); };
+    std::vector<std::size_t> next((1u << kDigit) + 1);
+    for (const Place& place : places) ++next[digit(place) + 1];
+    for (std::size_t n = 1; n < next.size(); ++n) next[n] += next[n - 1];
+    for (const Place& place : places) sorted[next[digit(place)]++] = place;
+    places.swap(sorted);
+  }
+}
+
+struct Corners {
+  const Vector3i& numbers;
+  std::array<const Vector3d*, 3> points;
+
+  Corners(const Mesh& mesh, int triangle) : numbers(mesh.triangles[triangle]) {
+    for (int k = 0; k < 3; ++k) points[k] = &mesh.vertices[numbers[k]];
+  }
+};
+
+/// True when a plane across the line between the middles of two triangles keeps them apart.
+bool apart(const Corners& s, const Corners& t, double clear_mm) {
+  const Vector3d& origin = *s.points[0];
+  const Vector3d direction = *t.points[0] + *t.points[1] + *t.points[2] - *s.points[0] - *s.points[1] - *s.points[2];
+  const auto along = [&](const Corners& c, int k) { return direction.dot(*c.points[k] - origin); };
+  const double gap = std::min({along(t, 0), along(t, 1), along(t, 2)}) - std::max({0.0, along(s, 1), along(s, 2)});
+  return gap > 0 && gap * gap > clear_mm * clear_mm * direction.squaredNorm();
+}
+
+/// A triangle with planes that may keep others away from it: its own, and those upright on it along its sides.
+class Prism {
+public:
+  Prism(const Corners& corners, double clear_mm) : corners_(corners) {
+    std::array<Vector3d, 3> sides;
+    double longest2 = 0;
+    for (int k = 0; k < 3; ++k) {
+      sides[k] = *corners.points[(k + 1) % 3] - *corners.points[k];
+      longest2 = std::max(longest2, sides[k].squaredNorm());
+    }
+    normal_ = sides[0].cross(sides[1]);
+    const double area2 = normal_.squaredNorm();
+    // No plane is to be trusted when rounding may have tilted it by more than 1e-10.
+    clear2_ = area2 > 1e-10 * longest2 * longest2 ? clear_mm * clear_mm * area2 : std::numeric_limits<double>::infinity();
+    for (int k = 0; k < 3; ++k) {
+      outward_[k] = sides[k].cross(normal_);
+      outward_clear2_[k] = clear2_ * sides[k].squaredNorm();
+    }
+  }
+
+  /// True when one of the planes keeps `other` away but for what the two share.
+  bool keeps_away(const Corners& other) const {
+    int at[3];  // which of the own corners each of the other's is
+    bool above = true;
+    bool below = true;
+    for (int k = 0; k < 3; ++k) {
+      const int v = other.numbers[k];
+      const Vector3i& own = corners_.numbers;
+      at[k] = v == own[0] ? 0 : v == own[1] ? 1 : v == own[2] ? 2 : -1;
+      if (at[k] >= 0) continue;
+      const double height = normal_.dot(*other.points[k] - *corners_.points[0]);
+      const bool clear = height * height > clear2_;
+      above = above && clear && height > 0;
+      below = below && clear && height < 0;
+    }
+    if (above != below) return true;
+    for (int side = 0; side < 3; ++side) {
+      bool beyond = true;
+      for (int k = 0; k < 3 && beyond; ++k) {
+        if (at[k] == side || at[k] == (side + 1) % 3) continue;
+        const double distance = at[k] >= 0 ? 0 : outward_[side].dot(*other.points[k] - *corners_.points[side]);
+        beyond = distance > 0 && distance * distance > outward_clear2_[side];
+      }
+      if (beyond) return true;
+    }
+    return false;
+  }
+
+private:
+  const Corners& corners_;
+  Vector3d normal_;
+  std::array<Vector3d, 3> outward_;
+  double clear2_;  ///< squares of products with the normal beyond this are no rounding errors
+  std::array<double, 3> outward_clear2_;
+};
+
+/// See open_fans.
+/// @param begin, end  the corners at v
+bool is_open_fan(const Mesh& mesh, int v, const int* begin, const int* end) {
+  constexpr std::ptrdiff_t kMost = 16;
+  const std::ptrdiff_t count = end - begin;
+  if (count < 3 || count > kMost) return false;
+  struct Sector {
+    int from, to;  // the other corners, counter-clockwise
+    Vector3d a, b, normal;
+  };
+  std::array<Sector, kMost> sectors;
+  Vector3d sum = Vector3d::Zero();
+  for (std::ptrdiff_t n = 0; n < count; ++n) {
+    const Vector3i& t = mesh.triangles[begin[n] / 3];
+    const int k = begin[n] % 3;
+    Sector& s = sectors[n];
+    s.from = t[(k + 1) % 3];
+    s.to = t[(k + 2) % 3];
+    s.a = mesh.vertices[s.from] - mesh.vertices[v];
+    s.b = mesh.vertices[s.to] - mesh.vertices[v];
+    s.normal = s.a.cross(s.b);
+    sum += s.normal;
+  }
+  // All are wider than rounding, and each begins where the one before it ends.
+  const double sum2 = sum.squaredNorm();
+  std::ptrdiff_t at = 0;
+  for (std::ptrdiff_t n = 0; n < count; ++n) {
+    const Sector& s = sectors[n];
+    const double facing = s.normal.dot(sum);
+    if (!(facing > 0 && facing * facing > 1e-12 * sum2 * s.a.squaredNorm() * s.b.squaredNorm())) return false;
+    const int next = sectors[at].to;
+    at = 0;
+    while (at < count && sectors[at].from != next) ++at;
+    if (at == count || (at == 0 && n + 1 < count)) return false;
+  }
+  if (at != 0) return false;
+  // How often they go round: as often as the plane upright on `across` is crossed on the same side.
+  int axis = 0;
+  sum.cwiseAbs().minCoeff(&axis);
+  const Vector3d across = sum.cross(Vector3d::Unit(axis));
+  int turns = 0;
+  for (std::ptrdiff_t n = 0; n < count; ++n) turns += across.dot(sectors[n].a) < 0 && across.dot(sectors[n].b) >= 0;
+  return turns == 1;
+}
+
+/// For each vertex whether the triangles around it meet nowhere else than in their common sides: seen along one direction they all
+/// face the viewer and go round the vertex once.
+std::vector<char> open_fans(const Mesh& mesh) {
+  const VertexCorners at(mesh);
+  std::vector<char> open(mesh.vertices.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, open.size(), 1024), [&](const tbb::blocked_range<std::size_t>& range) {
+    for (std::size_t v = range.begin(); v < range.end(); ++v)
+      open[v] = is_open_fan(mesh, static_cast<int>(v), at.corners.data() + at.first[v], at.corners.data() + at.first[v + 1]);
+  });
+  return open;
+}
+
+struct Group {
+  Boxes boxes;
+  std::array<int, kGroup> triangles{};
+
+  void add(std::size_t k, int triangle, const Box& box) {
+    triangles[k] = triangle;
+    boxes.set(k, box);
+  }
+};
+
+int longest_side(const Box& box) {
+  return std::max({box.high[0] - box.low[0], box.high[1] - box.low[1], box.high[2] - box.low[2]});
+}
+
+class PairSearch {
+public:
+  explicit PairSearch(const Mesh& mesh)
+      : mesh_(mesh), clear_mm_(1e-9 * bounding_box(mesh).diagonal().norm()), open_fan_(open_fans(mesh)) {
+    build(boxes_of_triangles());
+  }
+
+  std::vector<std::pair<int, int>> run() const {
+    tbb::enumerable_thread_specific<std::vector<std::pair<int, int>>> found;
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, levels_[0].size(), 16), [&](const tbb::blocked_range<std::size_t>& range) {
+      std::vector<std::size_t> near;
+      auto& pairs = found.local();
+      for (std::size_t eight = range.begin(); eight < range.end(); ++eight) search(eight, near, pairs);
+    });
+    std::vector<std::pair<int, int>> pairs;
+    for (const auto& part : found) pairs.insert(pairs.end(), part.begin(), part.end());
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
+  }
+
+private:
+  /// A cell larger than the triangles on every side: those of triangles that nearly touch meet.
+  std::vector<Box> boxes_of_triangles() const {
+    const Eigen::AlignedBox3d box = bounding_box(mesh_);
+    const double longest = box.sizes().maxCoeff();
+    const double cells_per_mm = longest > 0 ? 65000 / longest : 0;
+    using Cell = std::array<std::int16_t, 3>;
+    std::vector<Cell> cells(mesh_.vertices.size());
+    tbb::parallel_for(std::size_t{0}, cells.size(), [&](std::size_t v) {
+      for (int axis = 0; axis < 3; ++axis)
+        cells[v][axis] =
+            static_cast<std::int16_t>(static_cast<int>(cells_per_mm * (mesh_.vertices[v][axis] - box.min()[axis])) - 32500);
+    });
+    std::vector<Box> boxes(mesh_.triangles.size());
+    tbb::parallel_for(std::size_t{0}, boxes.size(), [&](std::size_t t) {
+      for (int axis = 0; axis < 3; ++axis) {
+        const auto [low, high] = std::minmax(
+            {cells[mesh_.triangles[t][0]][axis], cells[mesh_.triangles[t][1]][axis], cells[mesh_.triangles[t][2]][axis]});
+        boxes[t].low[axis] = static_cast<std::int16_t>(low - 1);
+        boxes[t].high[axis] = static_cast<std::int16_t>(high + 1);
+      }
+    });
+    return boxes;
+  }
+
+  void build(const std::vector<Box>& boxes) {
+    constexpr int kBits = 10;  // of a coordinate on the curve
+    std::vector<Place> places(boxes.size());
+    tbb::parallel_for(std::size_t{0}, boxes.size(), [&](std::size_t t) {
+      std::uint64_t key = 0;
+      unsigned longest = 0;
+      for (int axis = 0; axis < 3; ++axis) {
+        const int low = boxes[t].low[axis];
+        const int high = boxes[t].high[axis];
+        key |= static_cast<std::uint64_t>(spread(static_cast<std::uint32_t>(low + high + 65536) >> (17 - kBits))) << axis;
+        longest = std::max(longest, static_cast<unsigned>(high - low));
+      }
+      // Triangles of like size to each other: a large one among small ones would make their box large.
+      const auto size = static_cast<std::uint64_t>(std::bit_width(longest) / 2);
+      places[t] = {size << 3 * kBits | key, static_cast<int>(t)};
+    });
+    sort_by_key(places, 3 * kBits + 4);
+
+    // Where the curve jumps a group ends early.
+    std::vector<Box> wholes;
+    int room = 0;  // left in the last group
+    for (const Place& place : places) {
+      const Box& box = boxes[place.triangle];
+      Box extended = wholes.empty() ? box : wholes.back();
+      extended.extend(box);
+      if (room == 0 || longest_side(extended) > kSpan * longest_side(box)) {
+        groups_.emplace_back();
+        wholes.push_back(box);
+        room = kGroup;
+      } else {
+        wholes.back() = extended;
+      }
+      groups_.back().add(kGroup - room--, place.triangle, box);
+    }
+    wholes_ = wholes;
+    do {
+      std::vector<Boxes>& level = levels_.emplace_back((wholes.size() + kGroup - 1) / kGroup);
+      std::vector<Box> next(level.size());
+      for (std::size_t n = 0; n < wholes.size(); ++n) {
+        level[n / kGroup].set(n % kGroup, wholes[n]);
+        next[n / kGroup].extend(wholes[n]);
+      }
+      wholes = std::move(next);
+    } while (wholes.size() > 1);
+  }
+
+  /// The pairs of the triangles of eight groups with each other and with those of later groups.
+  /// @param near  memory, to be used again
+  void search(std::size_t eight, std::vector<std::size_t>& near, std::vector<std::pair<int, int>>& pairs) const {
+    // The eights whose boxes this one's meets: a box there is at every level above.
+    struct Node {
+      std::size_t level, index;
+    };
+    Box box;
+    for (std::size_t k = 0; k < kGroup; ++k) box.extend(levels_[0][eight].at(k));
+    near.clear();
+    std::array<Node, kGroup * 24> stack;  // eight nodes a level, and more levels than can be
+    std::size_t size = 0;
+    stack[size++] = {levels_.size() - 1, 0};
+    while (size > 0) {
+      const Node node = stack[--size];
+      if (node.level == 0) {
+        near.push_back(node.index);
+        continue;
+      }
+      const std::size_t own = eight >> 3 * (node.level - 1);  // where this one is on the level below
+      std::uint32_t bits = meeting(levels_[node.level][node.index], box);
+      if (own > node.index * kGroup) bits &= ~0u << (own - node.index * kGroup);
+      for (; bits != 0; bits &= bits - 1)
+        stack[size++] = {node.level - 1, node.index * kGroup + static_cast<std::size_t>(std::countr_zero(bits))};
+    }
+    for (std::size_t group = eight * kGroup; group < std::min((eight + 1) * kGroup, groups_.size()); ++group)
+      for (const std::size_t other : near) {
+        std::uint32_t bits = meeting(levels_[0][other], wholes_[group]);
+        if (other == eight) bits &= ~0u << (group - eight * kGroup);
+        for (; bits != 0; bits &= bits - 1) search(group, other * kGroup + static_cast<std::size_t>(std::countr_zero(bits)), pairs);
+      }
+  }
+
+  void search(std::size_t group, std::size_t other, std::vector<std::pair<int, int>>& pairs) const {
+    const Group& here = groups_[group];
+    const Group& there = groups_[other];
+    const Box common = intersection(wholes_[group], wholes_[other]);
+    const std::uint32_t reach = meeting(there.boxes, common);
+    if (reach == 0) return;
+    for (std::uint32_t ours = meeting(here.boxes, common); ours != 0; ours &= ours - 1) {
+      const auto k = static_cast<std::uint32_t>(std::countr_zero(ours));
+      std::uint32_t theirs = reach & meeting(there.boxes, here.boxes.at(k));
+      if (group == other) theirs &= ~1u << k;
+      if (theirs == 0) continue;
+      const int s = here.triangles[k];
+      Vector3i fans = mesh_.triangles[s];  // those of its corners that settle triangles they share
+      for (int& v : fans)
+        if (!open_fan_[v]) v = -1;
+      for (; theirs != 0; theirs &= theirs - 1) {
+        const int t = there.triangles[static_cast<std::size_t>(std::countr_zero(theirs))];
+        const Vector3i& v = mesh_.triangles[t];
+        if ((v[0] == fans[0]) | (v[0] == fans[1]) | (v[0] == fans[2]) | (v[1] == fans[0]) | (v[1] == fans[1]) | (v[1] == fans[2]) |
+            (v[2] == fans[0]) | (v[2] == fans[1]) | (v[2] == fans[2]))
+          continue;
+        const Corners first(mesh_, s);
+        const Corners second(mesh_, t);
+        if (!apart(first, second, clear_mm_) && !Prism(first, clear_mm_).keeps_away(second) &&
+            !Prism(second, clear_mm_).keeps_away(first))
+          pairs.emplace_back(std::min(s, t), std::max(s, t));
+      }
+    }
+  }
+
+  const Mesh& mesh_;
+  double clear_mm_;             ///< larger distances from a plane are no rounding errors
+  std::vector<char> open_fan_;  ///< of the vertices
+  std::vector<Group> groups_;
+  std::vector<Box> wholes_;                 ///< of the groups
+  std::vector<std::vector<Boxes>> levels_;  ///< of groups, of eight of these, ..., of one
+};
+
+}  // namespace
+
+std::vector<std::pair<int, int>> close_pairs(const Mesh& mesh) {
+  if (mesh.triangles.empty()) return {};
+  return PairSearch(mesh).run();
+}
+
+}  // namespace rayrep

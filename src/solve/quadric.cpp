@@ -1,0 +1,578 @@
+#include "rayrep/solve/quadric.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <vector>
+
+namespace rayrep {
+namespace {
+
+using Matrix10 = Eigen::Matrix<double, 10, 10>;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr int kWarmEvaluations = 40;  ///< that a warm start may take before it is given up for a cold one
+
+/// A goal over rays with moments in units that make them of order 1; q in the inverse units, so that q.s is the same number.
+class Problem {
+public:
+  Problem(const Goal& goal, const RayIntegrals& rays, const Moments& constant) : goal_(goal), rays_(rays), constant_(constant) {
+    const Moments solid = constant + rays.full();
+    const double volume = std::abs(solid[M1]);
+    // The second moments give a length that does not depend on where the origin is.
+    const Eigen::Vector3d centre = solid.segment<3>(MX) / solid[M1];
+    const double length = std::sqrt(std::max(std::abs(solid.segment<3>(MXX).sum() / solid[M1]), centre.squaredNorm()));
+    unit_ = moment_units(volume, length);
+    J_ = goal.constraint_jacobian(solid) * unit_.asDiagonal();
+    c_0_ = goal.constraint_values(Moments::Zero());
+  }
+
+  struct Evaluation {
+    Moments s;        ///< constant + S(q)
+    Matrix10 spread;  ///< -ds/dq
+  };
+  Evaluation evaluate(const Moments& q, double blur) {
+    ++evaluations_;
+    const RayIntegrals::Pass pass = rays_.pass(q.cwiseQuotient(unit_), blur);
+    return {scaled(constant_ + pass.moments), unit_.cwiseInverse().asDiagonal() * pass.spread * unit_.cwiseInverse().asDiagonal()};
+  }
+  /// Where q.s is least of all interiors.
+  Moments minimiser(const Moments& q) {
+    ++evaluations_;
+    return scaled(constant_ + rays_.moments(q.cwiseQuotient(unit_)));
+  }
+  double lowest(const Moments& q) { return q.dot(minimiser(q)); }
+
+  Moments scaled(const Moments& s) const { return s.cwiseQuotient(unit_); }
+  Moments in_mm(const Moments& s) const { return s.cwiseProduct(unit_); }
+  Moments q_in_mm(const Moments& q) const { return q.cwiseQuotient(unit_); }
+
+  double objective(const Moments& s) const { return goal_.objective(in_mm(s)); }
+  Moments gradient(const Moments& s) const { return goal_.gradient(in_mm(s)).cwiseProduct(unit_); }
+  Matrix10 hessian(const Moments& s) const { return unit_.asDiagonal() * goal_.hessian(in_mm(s)) * unit_.asDiagonal(); }
+  const Eigen::MatrixXd& J() const { return J_; }
+  Eigen::VectorXd constraints(const Moments& s) const { return c_0_ + J_ * s; }
+  const Eigen::VectorXd& c_0() const { return c_0_; }
+
+  /// The middle of all attainable moments: every ray half full.
+  Moments centre() const { return scaled(constant_ + 0.5 * rays_.full()); }
+  Moments solid() const { return scaled(constant_ + rays_.full()); }
+  int evaluations() const { return evaluations_; }
+
+private:
+  const Goal& goal_;
+  const RayIntegrals& rays_;
+  Moments constant_;
+  Moments unit_;
+  Eigen::MatrixXd J_;
+  Eigen::VectorXd c_0_;
+  int evaluations_ = 0;
+};
+
+/// How far to blur the derivative where rays are tangent to the quadric: as far as q is on the move.
+double blur(const Moments& q, const Moments* before) {
+  return before ? 1e-3 * std::min(1.0, (q - *before).norm() / q.norm()) : 1e-7;
+}
+
+/// max over u of  min over interiors s of [ (q_0 + K^T u).s ] - e.u - u.W u / 2:  the dual of  min over s of  q_0.s + r.r / 2
+/// subject to  r = K s - e  with a diagonal W of ones; a zero in W stands for r_k = 0.
+struct Dual {
+  Moments q_0;
+  Eigen::MatrixXd K;
+  Eigen::VectorXd e;
+  Eigen::VectorXd W;
+};
+
+struct DualPoint {
+  Eigen::VectorXd u;
+  Moments q;
+  Problem::Evaluation at;
+  double value = -kInfinity;
+  Eigen::VectorXd gradient;
+};
+
+DualPoint dual_of(const Dual& dual, const Eigen::VectorXd& u, const Moments& q, const Problem::Evaluation& at) {
+  const Eigen::VectorXd Wu = dual.W.cwiseProduct(u);
+  return {u, q, at, q.dot(at.s) - dual.e.dot(u) - 0.5 * u.dot(Wu), dual.K * at.s - dual.e - Wu};
+}
+
+DualPoint dual_at(Problem& problem, const Dual& dual, const Eigen::VectorXd& u, const Moments* before = nullptr) {
+  const Moments q = dual.q_0 + dual.K.transpose() * u;
+  return dual_of(dual, u, q, problem.evaluate(q, blur(q, before)));
+}
+
+/// Newton's method with line search from `from`. Stops when `done`, or where rounding leaves no ascent.
+/// @param max_evaluations  of the problem, in total
+DualPoint maximise(Problem& problem, const Dual& dual, DualPoint from, int max_evaluations,
+                   const std::function<bool(const DualPoint&)>& done) {
+  double damping = 0;
+  while (!done(from) && problem.evaluations() < max_evaluations) {
+    Eigen::MatrixXd H = dual.K * from.at.spread * dual.K.transpose();
+    const double size = H.diagonal().maxCoeff();
+    H.diagonal() += dual.W;
+    Eigen::VectorXd step;
+    if (size > 0) {
+      // Multipliers that move no free end have no curvature: damp them, ever less as steps succeed.
+      H.diagonal().array() += size * std::max(damping, 1e-13);
+      step = H.ldlt().solve(from.gradient);
+    } else {
+      // No end is free: go uphill as far as q is long, where some should be.
+      step = from.q.norm() / (dual.K.transpose() * from.gradient).norm() * from.gradient;
+    }
+    const double slope = from.gradient.dot(step);
+    bool moved = false;
+    // A step that changes q out of all recognition is not to be trusted.
+    double length = std::min(1.0, 10 * from.q.norm() / (dual.K.transpose() * step).norm());
+    for (int cut = 0; cut < 10 && !moved && problem.evaluations() < max_evaluations; ++cut) {
+      DualPoint next = dual_at(problem, dual, from.u + length * step, &from.q);
+      // Near the top the gain drowns in rounding; there a smaller gradient is as good.
+      const double rounding = 1e-13 * (std::abs(from.value) + from.u.norm());
+      moved = next.value >= from.value + 1e-4 * length * slope ||
+              (next.value >= from.value - rounding && next.gradient.norm() < 0.5 * from.gradient.norm());
+      if (moved) {
+        from = std::move(next);
+      } else {
+        // The vertex of the parabola through what is known, kept away from both ends.
+        const double loss = from.value + slope * length - next.value;
+        length *= std::clamp(loss > 0 ? 0.5 * slope * length / loss : 0.5, 0.1, 0.5);
+      }
+    }
+    // A step that had to be cut down to next to nothing came from curvature that is not there.
+    if (moved && length > 0.05) {
+      damping *= 0.01;
+    } else {
+      damping = std::max(100 * damping, 1e-10);
+      if (damping > 1e4) break;
+    }
+  }
+  return from;
+}
+
+/// Relative KKT residual of an interior that comes from q = grad F(s) + J^T mu.
+double residual(const Problem& problem, const Moments& s, const Moments& S) {
+  return std::max((S - s).cwiseAbs().maxCoeff(), problem.constraints(S).cwiseAbs().maxCoeff());
+}
+
+void store(const Problem& problem, const Moments& q, const Moments& s, const Eigen::VectorXd& mu, QuadricSolution& solution) {
+  solution.q = problem.q_in_mm(q);
+  solution.multipliers = mu;
+  solution.moments = problem.in_mm(s);
+  solution.objective = problem.objective(s);
+}
+
+/// min over attainable s with c(s) = 0 of q_0.s, by its dual, or a proof that there is no such s.
+struct LinearMinimum {
+  DualPoint top;  ///< its u are the multipliers of c
+  bool converged = false;
+  bool infeasible = false;
+};
+
+LinearMinimum minimise_linear(Problem& problem, const Moments& q_0, const Eigen::VectorXd& mu, double tolerance,
+                              int max_evaluations) {
+  const Dual dual{q_0, problem.J(), -problem.c_0(), Eigen::VectorXd::Zero(mu.size())};
+  // No interior has a larger objective: a dual value above it proves that none meets the constraints.
+  const double highest = -problem.lowest(-q_0);
+  // Where the multipliers run away they separate long before the value says so: asked for when it takes long.
+  const int patience = problem.evaluations() + 12;
+  const auto separates = [&](const DualPoint& p) {
+    // Costs a pass, unless this interior shows that they do not.
+    return problem.evaluations() > patience && p.u.dot(p.gradient) > 1e-9 * p.u.norm() &&
+           problem.lowest(problem.J().transpose() * p.u) + problem.c_0().dot(p.u) > 1e-9 * p.u.norm();
+  };
+  const auto proven = [&](const DualPoint& p) { return p.value > highest + 1e-9 * q_0.norm() || separates(p); };
+  const auto met = [&](const DualPoint& p) { return p.gradient.cwiseAbs().maxCoeff() < tolerance; };
+  LinearMinimum minimum;
+  minimum.top =
+      maximise(problem, dual, dual_at(problem, dual, mu), max_evaluations, [&](const DualPoint& p) { return met(p) || proven(p); });
+  minimum.converged = met(minimum.top);
+  minimum.infeasible = !minimum.converged && proven(minimum.top);
+  return minimum;
+}
+
+QuadricSolution solve_affine(Problem& problem, const QuadricOptions& options) {
+  QuadricSolution solution;
+  const Moments zero = Moments::Zero();
+  const Eigen::Index m = problem.J().rows();
+  const bool warm = options.multipliers.size() == m;
+  Eigen::VectorXd start = Eigen::VectorXd::Zero(m);
+  // Half full: the mean of q.phi over the inner domain is 0, so that there are free ends.
+  const Moments inner = 2 * (problem.solid() - problem.centre());
+  const Eigen::VectorXd c = problem.J() * inner;
+  if (c.norm() > 1e-6 * inner.norm()) start = -problem.gradient(zero).dot(inner) / c.squaredNorm() * c;
+  LinearMinimum minimum;
+  if (warm) minimum = minimise_linear(problem, problem.gradient(zero), options.multipliers, options.tolerance, kWarmEvaluations);
+  if (!minimum.converged && !minimum.infeasible)
+    minimum =
+        minimise_linear(problem, problem.gradient(zero), start, options.tolerance, problem.evaluations() + options.max_evaluations);
+  const DualPoint& top = minimum.top;
+  store(problem, top.q, top.at.s, top.u, solution);
+  solution.residual = top.gradient.cwiseAbs().maxCoeff();
+  solution.converged = minimum.converged;
+  solution.lower_bound = problem.objective(zero) + top.value;
+  solution.infeasible = minimum.infeasible;
+  if (minimum.infeasible) solution.separation = top.u;
+  return solution;
+}
+
+/// A point of the curved problem: s need not be attainable, S(q) is.
+struct KktPoint {
+  Moments s;
+  Eigen::VectorXd mu;
+  Moments q;
+  Problem::Evaluation at;
+  double merit = kInfinity;
+};
+
+KktPoint kkt_at(Problem& problem, const Moments& s, const Eigen::VectorXd& mu, const Moments* before = nullptr) {
+  KktPoint p{s, mu, problem.gradient(s) + problem.J().transpose() * mu, {}, 0};
+  p.at = problem.evaluate(p.q, blur(p.q, before));
+  p.merit = std::hypot((p.at.s - s).norm(), problem.constraints(s).norm());
+  return p;
+}
+
+/// Second-order condition: no direction within the constraints along which the objective falls. A change dq of the switching
+/// function moves s by -P dq; for J P dq = 0 the objective changes by dq.(P H P + P) dq / 2.
+bool is_minimum(const Problem& problem, const KktPoint& p) {
+  const Matrix10& P = p.at.spread;
+  const Eigen::MatrixXd JP = problem.J() * P;
+  const Eigen::FullPivLU<Eigen::MatrixXd> lu(JP);
+  const Eigen::MatrixXd N = lu.kernel();
+  const Eigen::MatrixXd M = N.transpose() * (P * problem.hessian(p.s) * P + P) * N;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (M + M.transpose()), Eigen::EigenvaluesOnly);
+  return eigen.eigenvalues()[0] >= -1e-9 * std::max(1e-300, eigen.eigenvalues().cwiseAbs().maxCoeff());
+}
+
+/// The residual of the KKT conditions, (S(q) - s, -c(s)).
+Eigen::VectorXd kkt_residual(const Problem& problem, const KktPoint& p) {
+  Eigen::VectorXd r(10 + problem.J().rows());
+  r << p.at.s - p.s, -problem.constraints(p.s);
+  return r;
+}
+
+/// Newton's method on s = S(grad F(s) + J^T mu), c(s) = 0. Gives up when neither a step nor a part of it improves the residual.
+/// @return the last point that was an improvement
+KktPoint newton(Problem& problem, KktPoint from, double tolerance, int max_evaluations) {
+  constexpr double near = 1e-3;
+  const Eigen::Index m = problem.J().rows();
+  while (residual(problem, from.s, from.at.s) > tolerance && problem.evaluations() < max_evaluations) {
+    Eigen::MatrixXd K = Eigen::MatrixXd::Zero(10 + m, 10 + m);
+    K.topLeftCorner<10, 10>() = Matrix10::Identity() + from.at.spread * problem.hessian(from.s);
+    K.topRightCorner(10, m) = from.at.spread * problem.J().transpose();
+    K.bottomLeftCorner(m, 10) = problem.J();
+    const Eigen::VectorXd r = kkt_residual(problem, from);
+    const Eigen::VectorXd step = K.fullPivLu().solve(r);
+    if (!step.allFinite()) break;
+    const auto along = [&](double length) {
+      return kkt_at(problem, from.s + length * step.head<10>(), from.mu + length * step.tail(m), &from.q);
+    };
+    if (!(from.s[M1] + step[M1] > 0)) break;
+    KktPoint next = along(1);
+    bool moved = next.merit < 0.95 * from.merit;
+    const bool is_near = from.merit < near && (next.q - from.q).norm() < 0.03 * from.q.norm();
+    if (!moved && is_near) {
+      // A ray that becomes tangent to the quadric on the way grows like a root, and the step overshoots: find where what the step
+      // got wrong vanishes, by the Illinois method.
+      const Eigen::VectorXd wrong = kkt_residual(problem, next);
+      double lo = 0;
+      double hi = 1;
+      double at_lo = wrong.dot(r);
+      double at_hi = wrong.squaredNorm();
+      int side = 0;
+      const int last = std::min(max_evaluations, problem.evaluations() + 5);
+      while (at_lo < 0 && !moved && problem.evaluations() < last) {
+        const double length = std::clamp((lo * at_hi - hi * at_lo) / (at_hi - at_lo), lo + 0.02 * (hi - lo), hi - 0.02 * (hi - lo));
+        next = along(length);
+        moved = next.merit < 0.5 * from.merit;
+        const double at = wrong.dot(kkt_residual(problem, next));
+        if (at < 0) {
+          lo = length;
+          at_lo = at;
+          if (side < 0) at_hi *= 0.25;
+          side = -1;
+        } else {
+          hi = length;
+          at_hi = at;
+          if (side > 0) at_lo *= 0.25;
+          side = 1;
+        }
+      }
+      if (!moved && lo > 0) {
+        next = along(lo);
+        moved = next.merit < 0.9 * from.merit;
+      }
+    }
+    if (!moved && !is_near) {
+      next = along(0.4);
+      moved = next.merit < 0.92 * from.merit;
+    }
+    if (!moved) break;
+    from = std::move(next);
+  }
+  return from;
+}
+
+/// The multipliers that make q = grad F(s) + J^T mu shortest.
+Eigen::VectorXd shortest(const Problem& problem, const Moments& s) {
+  return -problem.J().transpose().completeOrthogonalDecomposition().solve(problem.gradient(s));
+}
+
+/// B = L L^T: the objective's Hessian within the constraints and its level set, without its negative part. theory.md (30d)
+Eigen::MatrixXd curvature_root(const Problem& problem, const Moments& s) {
+  const Eigen::Index m = problem.J().rows();
+  Eigen::MatrixXd normals(10, m + 1);
+  normals << problem.J().transpose(), problem.gradient(s);
+  const Matrix10 Q = Eigen::HouseholderQR<Eigen::MatrixXd>(normals).householderQ();
+  const Eigen::MatrixXd Z = Q.rightCols(9 - m);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(Z.transpose() * problem.hessian(s) * Z);
+  return Z * eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+}
+
+/// Sequential quadratic programming over the attainable moments, a convex set: the convex model of the objective at s is minimised
+/// over them by its dual, and the best point on the way there, which costs no pass over the rays, is the next s. Newton's method
+/// tries to finish from each.
+class Descent {
+public:
+  Descent(Problem& problem, const Moments& s, Eigen::VectorXd mu, double tolerance, int max_evaluations)
+      : problem_(problem),
+        s_(s),
+        mu_(std::move(mu)),
+        tolerance_(tolerance),
+        max_evaluations_(problem.evaluations() + max_evaluations),
+        patience_(problem.evaluations() + 11) {}
+
+  /// Until converged, infeasible or out of evaluations.
+  void run() {
+    while (problem_.evaluations() < max_evaluations_) {
+      KktPoint here = kkt_at(problem_, s_, mu_);
+      if (here.merit < worth_ && finished(here)) return;
+      if (!step(here)) return;
+    }
+  }
+
+  bool converged() const { return converged_; }
+  const KktPoint& best() const { return best_; }
+  /// Multipliers that prove infeasibility, or empty.
+  const Eigen::VectorXd& separation() const { return separation_; }
+
+private:
+  /// Objective and violated constraints at a price at which no violation pays.
+  double value(const Moments& s, const Eigen::VectorXd& mu) const {
+    return problem_.objective(s) + 2 * mu.cwiseAbs().maxCoeff() * problem_.constraints(s).cwiseAbs().sum();
+  }
+
+  /// Newton's method; where it does not converge, what it has reached is kept if it is better than `here`.
+  bool finished(KktPoint& here) {
+    const KktPoint polished = newton(problem_, here, tolerance_, max_evaluations_);
+    const double left = residual(problem_, polished.s, polished.at.s);
+    const bool solved = left < tolerance_;
+    converged_ = solved && is_minimum(problem_, polished);
+    if (converged_ || left < best_left_) {
+      best_ = polished;
+      best_left_ = left;
+    }
+    if (converged_) return true;
+    worth_ = here.merit;
+    saddle_ = solved;
+    if (solved || polished.merit >= here.merit) return false;
+    const bool much = polished.merit < 0.3 * much_;
+    if (!much && value(polished.at.s, polished.mu) >= value(s_, polished.mu)) return false;
+    much_ = std::min(much_, polished.merit);
+    s_ = polished.at.s;
+    // Multipliers that have gone astray are no start.
+    mu_ = polished.q.norm() < 30 * here.q.norm() ? polished.mu : shortest(problem_, s_);
+    here = kkt_at(problem_, s_, mu_);
+    return false;
+  }
+
+  /// False when the constraints are proven infeasible.
+  bool step(const KktPoint& here) {
+    const Eigen::Index m = mu_.size();
+    // Where Newton's method has met a saddle, the convex model leads along its ridge; the linear one is bolder.
+    const Eigen::MatrixXd L = saddle_ ? Eigen::MatrixXd(10, 0) : curvature_root(problem_, s_);
+    saddle_ = false;
+    const Eigen::Index r = L.cols();
+    Dual dual{problem_.gradient(s_), Eigen::MatrixXd(m + r, 10), Eigen::VectorXd(m + r), Eigen::VectorXd(m + r)};
+    dual.K << problem_.J(), L.transpose();
+    dual.e << -problem_.c_0(), L.transpose() * s_;
+    dual.W << Eigen::VectorXd::Zero(m), Eigen::VectorXd::Ones(r);
+    Eigen::VectorXd u = Eigen::VectorXd::Zero(m + r);
+    u.head(m) = mu_;
+    DualPoint from = dual_of(dual, u, here.q, here.at);
+
+    const double start = from.gradient.norm();
+    const double fine = std::max(1e-9, fine_ * start);
+    const DualPoint top = maximise(problem_, dual, std::move(from), max_evaluations_, [&](const DualPoint& p) {
+      const double left = p.gradient.norm();
+      if (left < fine) return true;
+      if (left < 0.5 * start) {
+        // What the model at best has to give: enough of it will do.
+        const double wanted = value(s_, p.u.head(m)) - problem_.objective(s_) + dual.q_0.dot(s_) - p.value;
+        if (search(p).gain > 0.3 * wanted) return true;
+      }
+      if (separates(p)) separation_ = p.u.head(m);
+      return separation_.size() > 0;
+    });
+    if (separation_.size() > 0) return false;
+    const Search found = search(top);
+    mu_ = top.u.head(m);
+    s_ += found.length * (top.at.s - s_);
+    fine_ = found.length > 0 ? 0.02 : 0.01 * fine_;
+    return true;
+  }
+
+  struct Search {
+    double length = 0, gain = 0;
+  };
+  /// The best of all between s and an interior: attainable, as both are.
+  Search search(const DualPoint& p) const {
+    const Eigen::VectorXd mu = p.u.head(mu_.size());
+    const double here = value(s_, mu);
+    Search found;
+    for (int k = 1; k <= 64; ++k) {
+      const double length = k / 64.0;
+      const double gain = here - value(s_ + length * (p.at.s - s_), mu);
+      if (gain > found.gain) found = {length, gain};
+    }
+    return found;
+  }
+
+  /// Costs a pass: asked for when it takes long, and again when the multipliers run away or it takes much longer.
+  bool separates(const DualPoint& p) {
+    const Eigen::VectorXd mu = p.u.head(mu_.size());
+    if (problem_.evaluations() <= patience_ || (mu.norm() < 1.5 * tried_ && problem_.evaluations() <= patience_ + 8)) return false;
+    // An interior that shows that they do not.
+    if (mu.dot(problem_.constraints(p.at.s)) <= 1e-9 * mu.norm()) return false;
+    patience_ = problem_.evaluations() + 1;
+    tried_ = mu.norm();
+    return problem_.lowest(problem_.J().transpose() * mu) + problem_.c_0().dot(mu) > 1e-9 * mu.norm();
+  }
+
+  Problem& problem_;
+  Moments s_;
+  Eigen::VectorXd mu_;
+  double tolerance_;
+  int max_evaluations_;
+  int patience_;
+  double tried_ = 0;          ///< length of the multipliers last tried for separation
+  double worth_ = kInfinity;  ///< residuals below it are worth a trial of Newton's method
+  double much_ = 1;           ///< the least residual at which Newton's method was taken at its word
+  double fine_ = 0.02;        ///< to which part of its gradient a model is solved
+  bool saddle_ = false;       ///< Newton's method has just met a stationary point that is no minimum
+  bool converged_ = false;
+  KktPoint best_;
+  double best_left_ = kInfinity;
+  Eigen::VectorXd separation_;
+};
+
+QuadricSolution solve_curved(Problem& problem, const QuadricOptions& options) {
+  QuadricSolution solution;
+  solution.lower_bound = -kInfinity;
+  struct Start {
+    Moments s;
+    Eigen::VectorXd mu;
+    int max_evaluations;
+  };
+  const auto cold = [&](const Moments& s) { return Start{s, shortest(problem, s), options.max_evaluations}; };
+  std::vector<Start> starts;
+  if (options.multipliers.size() == problem.J().rows())
+    starts.push_back({problem.scaled(options.moments), options.multipliers, std::min(kWarmEvaluations, options.max_evaluations)});
+  starts.push_back(cold(problem.solid()));
+  starts.push_back(cold(problem.centre()));
+  for (const Start& start : starts) {
+    Descent descent(problem, start.s, start.mu, options.tolerance, start.max_evaluations);
+    descent.run();
+    const KktPoint& best = descent.best();
+    if (descent.converged() || solution.multipliers.size() == 0) {
+      store(problem, best.q, best.at.s, best.mu, solution);
+      solution.residual = residual(problem, best.s, best.at.s);
+    }
+    solution.converged = descent.converged();
+    solution.infeasible = descent.separation().size() > 0;
+    solution.separation = descent.separation();
+    if (solution.converged || solution.infeasible) break;
+  }
+  return solution;
+}
+
+}  // namespace
+
+QuadricSolution solve_quadric(const Goal& goal, const RayIntegrals& rays, const Moments& constant, const QuadricOptions& options) {
+  Problem problem(goal, rays, constant);
+  QuadricSolution solution = goal.affine() ? solve_affine(problem, options) : solve_curved(problem, options);
+  solution.evaluations = problem.evaluations();
+  return solution;
+}
+
+double separation_margin(const Goal& goal, const Eigen::VectorXd& y, const RayIntegrals& rays, const Moments& constant) {
+  const Eigen::VectorXd c_0 = goal.constraint_values(Moments::Zero());
+  const Moments q = goal.constraint_jacobian(constant).transpose() * y;
+  return y.dot(c_0) + q.dot(constant + rays.moments(q));
+}
+
+NearestSolution nearest_attainable(const Goal& goal, const RayIntegrals& rays, const Moments& constant, double tolerance) {
+  constexpr int max_evaluations = 1000;
+  Problem problem(goal, rays, constant);
+  NearestSolution solution;
+  // Wolfe's method for the point of least norm in a convex set: x is the nearest point to 0 of the hull of a few interiors' c(s),
+  // and the interior that minimises x.c(s) joins them.
+  struct Corner {
+    Moments s;
+    Eigen::VectorXd c;
+    double weight;
+  };
+  const Moments middle = problem.centre();
+  std::vector<Corner> corners = {{middle, problem.constraints(middle), 1}};
+  Eigen::VectorXd x = corners[0].c;
+  while (!solution.converged && problem.evaluations() < max_evaluations) {
+    const double norm = x.norm();
+    if (norm < tolerance) break;
+    const Moments s = problem.minimiser(problem.J().transpose() * x);
+    const Eigen::VectorXd c = problem.constraints(s);
+    // |c(s)| >= x.c(s) / |x| for every s.
+    solution.lower_bound = std::max(solution.lower_bound, x.dot(c) / norm);
+    solution.converged = norm - solution.lower_bound <= 1e-9 * norm;
+    if (solution.converged) break;
+    corners.push_back({s, c, 0});
+    for (;;) {
+      // The nearest point of the corners' affine hull; if outside of their hull, go as far as that and drop a corner.
+      const auto n = static_cast<Eigen::Index>(corners.size()) - 1;
+      Eigen::MatrixXd edges(x.size(), n);
+      for (Eigen::Index k = 0; k < n; ++k) edges.col(k) = corners[static_cast<std::size_t>(k + 1)].c - corners[0].c;
+      Eigen::VectorXd rest(n);
+      if (n > 0) rest = -edges.completeOrthogonalDecomposition().solve(corners[0].c);
+      Eigen::VectorXd weights(n + 1);
+      weights << 1 - rest.sum(), rest;
+      double step = 1;
+      for (Eigen::Index k = 0; k <= n; ++k)
+        if (weights[k] <= 0) {
+          const double w = corners[static_cast<std::size_t>(k)].weight;
+          step = std::min(step, w / std::max(w - weights[k], 1e-300));
+        }
+      for (Eigen::Index k = 0; k <= n; ++k) {
+        double& w = corners[static_cast<std::size_t>(k)].weight;
+        w += step * (weights[k] - w);
+      }
+      if (step == 1) break;
+      const auto least =
+          std::min_element(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) { return a.weight < b.weight; });
+      corners.erase(least);
+    }
+    x.setZero();
+    for (const Corner& corner : corners) x += corner.weight * corner.c;
+  }
+  Moments nearest = Moments::Zero();
+  for (const Corner& corner : corners) nearest += corner.weight * corner.s;
+  solution.evaluations = problem.evaluations();
+  solution.moments = problem.in_mm(nearest);
+  solution.distance = problem.constraints(nearest).norm();
+  solution.attainable = solution.distance < tolerance;
+  solution.converged |= solution.attainable;
+  return solution;
+}
+
+}  // namespace rayrep

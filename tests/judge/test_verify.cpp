@@ -1,0 +1,552 @@
+#include <gtest/gtest.h>
+#include <tbb/task_arena.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "rayrep/base/error.h"
+#include "rayrep/judge/verify.h"
+#include "solids.h"
+
+namespace rayrep {
+namespace {
+
+using test::kPi;
+
+// A box 60 x 40 x 30 with a cavity 50 x 30 x 20 at a height of 7, floating at the waterline where it displaces its own mass.
+// Everything about it can be worked out by hand.
+struct Boat {
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();  // of the cavity
+  FloatGoalSpec goal;
+
+  Boat() {
+    goal.density_g_cm3 = 1.24;
+    goal.waterline_mm = mass_g() / 1e-3 / (60 * 40);
+    goal.wall_mm = 3;
+  }
+  static double mass_g() { return 1.24e-3 * (60 * 40 * 30 - 50 * 30 * 20); }
+  static Mesh outer() { return test::subdivided(test::box({-30, -20, 0}, {30, 20, 30}), 2); }
+  Mesh cavity() const { return test::moved(test::subdivided(test::box({-25, -15, 7}, {25, 15, 27}), 4), shift); }
+  Mesh mesh() const { return test::hollow(outer(), cavity()); }
+};
+
+std::vector<std::string> failed(const FloatVerdict& verdict) {
+  std::vector<std::string> names;
+  for (const Criterion& c : verdict.criteria)
+    if (!c.pass()) names.push_back(c.name);
+  return names;
+}
+
+const Criterion& criterion(const FloatVerdict& verdict, const std::string& name) {
+  const auto found =
+      std::find_if(verdict.criteria.begin(), verdict.criteria.end(), [&](const Criterion& c) { return c.name == name; });
+  if (found == verdict.criteria.end()) throw std::out_of_range(name);
+  return *found;
+}
+
+using Names = std::vector<std::string>;
+
+Mesh float32(Mesh mesh) {
+  for (auto& v : mesh.vertices) v = v.cast<float>().cast<double>();
+  return mesh;
+}
+
+void expect_same_state(const FloatState& a, const FloatState& b, double tolerance) {
+  EXPECT_NEAR(a.body.mass_g, b.body.mass_g, tolerance * b.body.mass_g);
+  EXPECT_NEAR(a.displaced_mass_g, b.displaced_mass_g, tolerance * b.displaced_mass_g);
+  EXPECT_NEAR(a.mass_error, b.mass_error, tolerance);
+  EXPECT_NEAR(a.horizontal_offset_mm, b.horizontal_offset_mm, tolerance * 100);
+  EXPECT_NEAR(a.metacentric_height_mm, b.metacentric_height_mm, tolerance * 100);
+  EXPECT_NEAR(a.settled_tilt_rad, b.settled_tilt_rad, 1e-5 + 100 * tolerance);
+}
+
+TEST(FloatState, OfTheBoatByHand) {
+  const Boat boat;
+  const FloatState state = float_state(boat.mesh(), boat.goal, {}, true);
+  const double draught = boat.goal.waterline_mm;
+  EXPECT_NEAR(state.body.mass_g, Boat::mass_g(), 1e-11);
+  EXPECT_NEAR(state.body.centre_of_mass_mm.z(), (72000. * 15 - 30000. * 17) / 42000, 1e-12);
+  EXPECT_NEAR(state.displaced_mass_g, Boat::mass_g(), 1e-11);
+  EXPECT_NEAR(state.mass_error, 0, 1e-12);
+  EXPECT_NEAR(state.horizontal_offset_mm, 0, 1e-12);
+  // KB + BM - KG
+  const double expected = draught / 2 + (60 * 40. * 40 * 40 / 12) / (60 * 40 * draught) - (72000. * 15 - 30000. * 17) / 42000;
+  EXPECT_GT(expected, 3);
+  EXPECT_NEAR(state.metacentric_height_mm, expected, 1e-11);
+  EXPECT_LT(state.settled_tilt_rad, 1e-6);
+  EXPECT_NEAR(state.water.waterplane_area_mm2, 60 * 40, 1e-10);
+}
+
+TEST(FloatState, WithoutReleasesLeavesTheTiltAlone) {
+  const Boat boat;
+  FloatLimits limits;
+  limits.release_tilt_rad = 3.1;
+  EXPECT_EQ(float_state(boat.mesh(), boat.goal, limits, false).settled_tilt_rad, 0);
+  EXPECT_GT(float_state(boat.mesh(), boat.goal, limits, true).settled_tilt_rad, 0.5);
+}
+
+TEST(FloatState, MassErrorIsRelativeToTheDisplacedMassEitherWay) {
+  Boat boat;
+  boat.goal.waterline_mm *= 1.25;
+  EXPECT_NEAR(float_state(boat.mesh(), boat.goal, {}, false).mass_error, 0.2, 1e-12);
+  boat.goal.waterline_mm *= 0.8 / 1.25;
+  EXPECT_NEAR(float_state(boat.mesh(), boat.goal, {}, false).mass_error, 0.25, 1e-12);
+  boat.goal.fluid_g_cm3 = 1.25;
+  EXPECT_NEAR(float_state(boat.mesh(), boat.goal, {}, false).mass_error, 0, 1e-12);
+}
+
+TEST(FloatState, OffsetIsTheShiftOfTheCentreOfMass) {
+  Boat boat;
+  boat.shift = {2, -1, 0};
+  const FloatState state = float_state(boat.mesh(), boat.goal, {}, false);
+  EXPECT_TRUE(test::near(state.body.centre_of_mass_mm.head<2>(), Eigen::Vector2d(-2, 1) * 30000 / 42000, 1e-11));
+  EXPECT_NEAR(state.horizontal_offset_mm, std::sqrt(5.) * 30000 / 42000, 1e-11);
+}
+
+TEST(FloatState, SinkingBodiesSettleNowhere) {
+  Boat boat;
+  boat.goal.density_g_cm3 = 2;  // 84 g, and the hull displaces 72
+  EXPECT_EQ(float_state(boat.mesh(), boat.goal, {}, true).settled_tilt_rad, kPi);
+}
+
+TEST(FloatState, DoesNotDependOnTheFrameOrOnSharedVertices) {
+  Boat boat;
+  boat.shift = {0.3, 0.2, 0};
+  const FloatState here = float_state(boat.mesh(), boat.goal, {}, true);
+  for (int seed = 1; seed <= 4; ++seed) {
+    const Eigen::Affine3d T = Eigen::Translation3d(300, -20, 70) * Eigen::Affine3d(test::random_rotation(seed));
+    FloatGoalSpec goal = boat.goal;
+    goal.up = 3 * (T.linear() * Eigen::Vector3d::UnitZ());
+    const FloatState there = float_state(test::soup(transformed(boat.mesh(), T)), goal, {}, true);
+    expect_same_state(there, here, 1e-10);
+    EXPECT_TRUE(test::near(there.body.centre_of_mass_mm, T * here.body.centre_of_mass_mm, 1e-10));
+  }
+}
+
+// A U of three overlapping boxes weighs and displaces like their union.
+TEST(FloatState, OverlappingPartsCountOnce) {
+  const Mesh parts = test::merged({test::box({-30, -20, 0}, {30, 20, 10}), test::box({-30.5, -20.5, 5}, {-20, 20.5, 30.5}),
+                                   test::box({20, -20.5, 5}, {30.5, 20.5, 30.5})});
+  FloatGoalSpec goal;
+  goal.density_g_cm3 = 0.5;
+  goal.waterline_mm = 20;
+  const FloatState state = float_state(parts, goal, {}, false);
+  const double leg = 10.5 * 41;
+  const double volume = 60. * 40 * 10 + 2 * (leg * 25.5 - 10 * 40 * 5);
+  EXPECT_NEAR(state.body.volume_mm3, volume, 1e-8);
+  EXPECT_NEAR(state.water.displaced_volume_mm3, volume - 2 * leg * 10.5, 1e-8);
+  EXPECT_NEAR(state.water.waterplane_area_mm2, 2 * leg, 1e-9);
+}
+
+TEST(VerifyFloat, TheBoatPasses) {
+  const Boat boat;
+  const Mesh outer = Boat::outer();
+  const FloatVerdict verdict = verify_float(boat.mesh(), &outer, boat.goal);
+  EXPECT_EQ(failed(verdict), Names());
+  EXPECT_TRUE(verdict.pass());
+  EXPECT_EQ(verdict.bad_edges, 0u);
+  EXPECT_EQ(verdict.cavities, 1u);
+  EXPECT_EQ(verdict.solid_islands, 0u);
+  EXPECT_NEAR(verdict.smallest_wall_mm, 3, 1e-12);
+  EXPECT_EQ(verdict.outer_deviation_mm, 0);
+  EXPECT_TRUE(verdict.notes.empty());
+  Names names;
+  for (const Criterion& c : verdict.criteria) names.push_back(c.name);
+  EXPECT_EQ(names, Names({"closed", "outer_unchanged", "no_islands", "wall", "mass_error", "offset", "metacentric_height",
+                          "settled_tilt"}));
+}
+
+TEST(VerifyFloat, AsStoredInAnStlFileInAnyFrame) {
+  const Boat boat;
+  for (int seed = 1; seed <= 4; ++seed) {
+    const Eigen::Affine3d T = Eigen::Translation3d(30, -20, 70) * Eigen::Affine3d(test::random_rotation(seed));
+    const Mesh outer = transformed(Boat::outer(), T);
+    FloatGoalSpec goal = boat.goal;
+    goal.up = T.linear() * Eigen::Vector3d::UnitZ();
+    Mesh file = test::soup(float32(transformed(boat.mesh(), T)));
+    std::reverse(file.triangles.begin(), file.triangles.end());
+    for (auto& t : file.triangles) t = Eigen::Vector3i(t[1], t[2], t[0]);
+    const FloatVerdict verdict = verify_float(file, &outer, goal);
+    EXPECT_EQ(failed(verdict), Names());
+    EXPECT_EQ(verdict.outer_deviation_mm, 0);
+    EXPECT_EQ(verdict.cavities, 1u);
+    EXPECT_NEAR(verdict.smallest_wall_mm, 3, 1e-5);
+  }
+}
+
+TEST(VerifyFloat, WithoutTheOriginalItJudgesByNesting) {
+  const Boat boat;
+  const FloatVerdict verdict = verify_float(boat.mesh(), nullptr, boat.goal);
+  EXPECT_EQ(failed(verdict), Names());
+  EXPECT_EQ(verdict.cavities, 1u);
+  EXPECT_NEAR(verdict.smallest_wall_mm, 3, 1e-12);
+  EXPECT_THROW(criterion(verdict, "outer_unchanged"), std::out_of_range);
+}
+
+TEST(VerifyFloat, WrongMassFailsMassError) {
+  Boat boat;
+  const Mesh outer = Boat::outer();
+  boat.goal.waterline_mm *= 1.002;
+  const FloatVerdict heavy = verify_float(boat.mesh(), &outer, boat.goal);
+  EXPECT_EQ(failed(heavy), Names({"mass_error"}));
+  EXPECT_NEAR(criterion(heavy, "mass_error").value, 1 - 1 / 1.002, 1e-12);
+  boat.goal.waterline_mm *= 1 / 1.002 / 1.002;
+  EXPECT_EQ(failed(verify_float(boat.mesh(), &outer, boat.goal)), Names({"mass_error"}));
+}
+
+TEST(VerifyFloat, CavityOffCentreFailsOffset) {
+  Boat boat;
+  const Mesh outer = Boat::outer();
+  boat.shift = {0.15, 0, 0};
+  const FloatVerdict verdict = verify_float(boat.mesh(), &outer, boat.goal);
+  EXPECT_EQ(failed(verdict), Names({"offset"}));
+  EXPECT_NEAR(criterion(verdict, "offset").value, 0.15 * 30000 / 42000 / std::sqrt(60. * 60 + 40 * 40 + 30 * 30), 1e-12);
+  EXPECT_NEAR(verdict.state.settled_tilt_rad, 0.15 * 30000 / 42000 / (Boat::mass_g() / 4.8 + 13.8234 - 13.5714), 1e-4);
+  boat.shift = {0, 0, 0.4};  // upwards is no offset
+  FloatGoalSpec thinner = boat.goal;
+  thinner.wall_mm = 2.6;
+  EXPECT_EQ(failed(verify_float(boat.mesh(), &outer, thinner)), Names());
+}
+
+TEST(VerifyFloat, ThinWallFailsWall) {
+  Boat boat;
+  const Mesh outer = Boat::outer();
+  boat.shift = {0, 0, 0.1};
+  const FloatVerdict verdict = verify_float(boat.mesh(), &outer, boat.goal);
+  EXPECT_EQ(failed(verdict), Names({"wall"}));
+  EXPECT_NEAR(verdict.smallest_wall_mm, 2.9, 1e-12);
+  EXPECT_NEAR(criterion(verdict, "wall").value, 2.9 / 3, 1e-12);
+  FloatGoalSpec unjudged = boat.goal;
+  unjudged.wall_mm = 0;
+  EXPECT_EQ(failed(verify_float(boat.mesh(), &outer, unjudged)), Names());
+}
+
+TEST(VerifyFloat, CavityThroughTheOuterSurfaceHasANegativeWall) {
+  Boat boat;
+  const Mesh outer = Boat::outer();
+  boat.shift = {0, 0, 10};  // 7 mm above deck
+  const FloatVerdict verdict = verify_float(boat.mesh(), &outer, boat.goal);
+  EXPECT_NEAR(verdict.smallest_wall_mm, -7, 1e-12);
+  EXPECT_FALSE(criterion(verdict, "wall").pass());
+}
+
+// Distance of p from the surface of the box, negative outside.
+double depth_in_box(const Eigen::Vector3d& p, const Eigen::Vector3d& min, const Eigen::Vector3d& max) {
+  const Eigen::Vector3d inside = (p - min).cwiseMin(max - p);
+  return inside.minCoeff() >= 0 ? inside.minCoeff() : -inside.cwiseMin(0).norm();
+}
+
+TEST(VerifyFloat, TheWallIsTheSmallestDepthOfAllCavityVertices) {
+  // Cavities of every size and fineness, inside, through the outer surface and outside of it: whatever is concluded from one vertex
+  // for its neighbours, no vertex must be left out.
+  const Boat boat;
+  const Mesh outer = Boat::outer();
+  const Eigen::Vector3d min(-30, -20, 0), max(30, 20, 30);
+  test::Random random(7);
+  int poking = 0;
+  for (std::uint64_t n = 0; n < 60; ++n) {
+    const Eigen::Vector3d at(80 * random.uniform() - 40, 60 * random.uniform() - 30, 50 * random.uniform() - 10);
+    const double radius = 1 + 14 * random.uniform();
+    const Mesh cavity = test::rotated(test::icosphere(radius, static_cast<int>(n % 5)), test::random_rotation(n));
+    const Mesh second = test::moved(test::box({-5, -4, -3}, {5, 4, 3}), {0, 0, 15});
+    const Mesh delivered = test::merged({outer, test::flipped(second), test::flipped(test::moved(cavity, at))});
+    const FloatVerdict verdict = verify_float(delivered, &outer, boat.goal);
+    double expected = depth_in_box({5, 4, 12}, min, max);
+    for (const auto& v : cavity.vertices) expected = std::min(expected, depth_in_box(v + at, min, max));
+    if (verdict.cavities == 1) continue;  // told from one corner, which lies outside or in the other cavity
+    ASSERT_EQ(verdict.cavities, 2u);
+    EXPECT_NEAR(verdict.smallest_wall_mm, expected, 1e-4) << n;
+    poking += expected < 0;
+  }
+  EXPECT_GT(poking, 10);
+}
+
+TEST(VerifyFloat, LongEdgesThroughTheWallDoNotHideWhatPokesOut) {
+  // All vertices are far from the outer surface, some inside and some outside of it, and one edge leads from each to the next.
+  const Boat boat;
+  const Mesh outer = Boat::outer();
+  const Mesh spike = test::flipped(test::box({-2, -2, 10}, {2, 2, 60}));
+  const FloatVerdict verdict = verify_float(test::merged({outer, spike}), &outer, boat.goal);
+  EXPECT_EQ(verdict.cavities, 1u);
+  EXPECT_NEAR(verdict.smallest_wall_mm, -30, 1e-12);
+  EXPECT_FALSE(criterion(verdict, "wall").pass());
+}
+
+TEST(VerifyFloat, CavitiesThatOverlapCountOnce) {
+  const Boat boat;
+  const Mesh outer = Boat::outer();
+  const Mesh a = test::flipped(test::box({-20, -10, 5}, {5, 10, 20}));
+  const Mesh b = test::flipped(test::moved(test::box({-5, -8, 8}, {20, 8, 25}), {0.1, 0.2, 0.3}));
+  const double common = 9.9 * 16 * 11.7;
+  const double expected = 60 * 40 * 30 - 25 * 20 * 15 - 25 * 16 * 17 + common;
+  const FloatVerdict both = verify_float(test::merged({outer, a, b}), &outer, boat.goal);
+  EXPECT_NEAR(both.state.body.volume_mm3, expected, 1e-9 * expected);
+  const FloatVerdict twice = verify_float(test::merged({outer, a, a}), &outer, boat.goal);
+  EXPECT_NEAR(twice.state.body.volume_mm3, 60 * 40 * 30 - 25 * 20 * 15, 1e-9 * expected);
+}
+
+TEST(VerifyFloat, ManyCavitiesAndIslandsAreAllFound) {
+  const Boat boat;
+  const Mesh outer = Boat::outer();
+  Mesh delivered = outer;
+  std::size_t cavities = 0;
+  std::size_t islands = 0;
+  for (int x = -2; x <= 2; ++x)
+    for (int y = -1; y <= 1; ++y)
+      for (int z = 0; z < 2; ++z) {
+        const Eigen::Vector3d at(11 * x, 12 * y, 8 + 13 * z);
+        append(delivered, test::flipped(test::icosphere(4, 1, at)));
+        ++cavities;
+        if ((x + y + z) % 2 == 0) continue;
+        append(delivered, test::icosphere(1, 1, at));
+        ++islands;
+      }
+  for (const Mesh* original : {&outer, static_cast<const Mesh*>(nullptr)}) {
+    const FloatVerdict verdict = verify_float(delivered, original, boat.goal);
+    EXPECT_EQ(verdict.cavities, cavities);
+    EXPECT_EQ(verdict.solid_islands, islands);
+  }
+}
+
+TEST(VerifyFloat, IslandFailsNoIslands) {
+  const Boat boat;
+  const Mesh outer = Boat::outer();
+  const Mesh speck = test::box({-1, -1, 16}, {1, 1, 18});
+  for (const Mesh* original : {&outer, static_cast<const Mesh*>(nullptr)}) {
+    const FloatVerdict verdict = verify_float(test::merged({speck, boat.mesh()}), original, boat.goal);
+    EXPECT_EQ(failed(verdict), Names({"no_islands"}));
+    EXPECT_EQ(verdict.solid_islands, 1u);
+    EXPECT_EQ(verdict.cavities, 1u);
+    EXPECT_NEAR(verdict.smallest_wall_mm, 3, 1e-12);                     // the speck is no wall
+    EXPECT_NEAR(verdict.state.displaced_mass_g, Boat::mass_g(), 1e-11);  // and displaces nothing
+  }
+}
+
+TEST(VerifyFloat, AStrutThatReachesTheWallIsNoIsland) {
+  Boat boat;
+  const Mesh strut = test::box({-0.5, -0.5, 10}, {0.5, 0.5, 29});
+  boat.goal.waterline_mm += 1.24 * 17 / (60 * 40);
+  const FloatVerdict verdict = verify_float(test::merged({boat.mesh(), strut}), nullptr, boat.goal);
+  EXPECT_EQ(verdict.solid_islands, 0u);
+  EXPECT_NEAR(verdict.state.mass_error, 0, 1e-9);  // its 17 mm in the cavity weigh
+}
+
+TEST(VerifyFloat, MissingTriangleFailsClosed) {
+  const Boat boat;
+  const Mesh outer = Boat::outer();
+  Mesh mesh = boat.mesh();
+  mesh.triangles.pop_back();  // of the cavity
+  const FloatVerdict verdict = verify_float(mesh, &outer, boat.goal);
+  EXPECT_EQ(failed(verdict), Names({"closed"}));
+  EXPECT_EQ(verdict.bad_edges, 3u);
+  EXPECT_FALSE(verdict.notes.empty());
+}
+
+TEST(VerifyFloat, TurnedTriangleFailsClosed) {
+  const Boat boat;
+  Mesh mesh = boat.mesh();
+  std::swap(mesh.triangles.back()[0], mesh.triangles.back()[1]);
+  const Mesh outer = Boat::outer();
+  const FloatVerdict verdict = verify_float(mesh, &outer, boat.goal);
+  EXPECT_FALSE(criterion(verdict, "closed").pass());
+  EXPECT_EQ(verdict.bad_edges, 3u);
+}
+
+TEST(VerifyFloat, MovedVertexFailsOuterUnchanged) {
+  const Boat boat;
+  const Mesh outer = Boat::outer();
+  // A corner, the middle of the deck (a dent: its triangles alone face inward), the same outward.
+  const Eigen::Vector3d places[] = {{30, 20, 30}, {0, 0, 30}, {0, 0, 30}};
+  const Eigen::Vector3d moves[] = {{-0.01, -0.01, -0.01}, {0, 0, -0.01}, {0, 0, 0.01}};
+  for (int i = 0; i < 3; ++i) {
+    const auto at = std::find(outer.vertices.begin(), outer.vertices.end(), places[i]) - outer.vertices.begin();
+    ASSERT_LT(at, static_cast<std::ptrdiff_t>(outer.vertices.size()));
+    Mesh mesh = boat.mesh();
+    mesh.vertices[at] += moves[i];
+    const FloatVerdict verdict = verify_float(mesh, &outer, boat.goal);
+    EXPECT_EQ(failed(verdict), Names({"outer_unchanged"})) << i;
+    EXPECT_NEAR(verdict.outer_deviation_mm, moves[i].norm(), 1e-3);
+    EXPECT_EQ(verdict.cavities, 1u);
+    mesh.vertices[at] = places[i];
+    EXPECT_TRUE(verify_float(mesh, &outer, boat.goal).pass());
+  }
+}
+
+TEST(VerifyFloat, HoleInTheOuterSurfaceFailsOuterUnchangedToo) {
+  const Boat boat;
+  const Mesh outer = Boat::outer();
+  Mesh mesh = boat.mesh();
+  mesh.triangles.erase(mesh.triangles.begin() + 100);
+  const FloatVerdict verdict = verify_float(mesh, &outer, boat.goal);
+  EXPECT_FALSE(criterion(verdict, "closed").pass());
+  EXPECT_FALSE(criterion(verdict, "outer_unchanged").pass());
+  EXPECT_GT(verdict.outer_deviation_mm, 1);
+}
+
+TEST(VerifyFloat, MatterAddedOutsideFailsOuterUnchanged) {
+  const Boat boat;
+  const Mesh outer = Boat::outer();
+  const Mesh mast = test::box({-0.1, -0.1, 29.98}, {0.1, 0.1, 33});
+  const FloatVerdict verdict = verify_float(test::merged({boat.mesh(), mast}), &outer, boat.goal);
+  EXPECT_EQ(failed(verdict), Names({"outer_unchanged"}));
+  EXPECT_NEAR(verdict.outer_deviation_mm, 3, 1e-12);
+}
+
+TEST(VerifyFloat, AnotherBodyAltogether) {
+  const Boat boat;
+  const Mesh original = test::moved(Boat::outer(), {1000, 0, 0});
+  const FloatVerdict verdict = verify_float(boat.mesh(), &original, boat.goal);
+  EXPECT_EQ(failed(verdict), Names({"outer_unchanged"}));
+  EXPECT_EQ(verdict.outer_deviation_mm, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(verdict.cavities, 1u);
+}
+
+TEST(VerifyFloat, InwardShellThatLiesInNothingFailsClosed) {
+  const Boat boat;
+  const Mesh stray = test::flipped(test::box({50, 0, 0}, {50.1, 0.1, 0.1}));
+  const FloatVerdict verdict = verify_float(test::merged({boat.mesh(), stray}), nullptr, boat.goal);
+  EXPECT_EQ(verdict.bad_edges, 0u);
+  EXPECT_FALSE(criterion(verdict, "closed").pass());
+  EXPECT_EQ(verdict.cavities, 1u);
+}
+
+TEST(VerifyFloat, TopHeavyFailsMetacentricHeightAndDoesNotSettle) {
+  Boat boat;
+  boat.goal.wall_mm = 1;
+  boat.shift = {0, 0, -6};  // the weight is on deck
+  const Mesh narrow = transformed(boat.mesh(), Eigen::Affine3d(Eigen::Scaling(1., 0.7, 1.)));
+  const FloatVerdict verdict = verify_float(narrow, nullptr, boat.goal);
+  EXPECT_EQ(failed(verdict), Names({"metacentric_height", "settled_tilt"}));
+  EXPECT_LT(verdict.state.metacentric_height_mm, -1);
+}
+
+// Let go at 109 degrees it rights itself when pitched and ends keel up when rolled: the worst release counts.
+TEST(VerifyFloat, LetGoBeyondItsRangeOfStabilityFailsSettledTilt) {
+  const Boat boat;
+  const Mesh outer = Boat::outer();
+  FloatLimits limits;
+  limits.release_tilt_rad = 1.9;
+  const FloatVerdict all = verify_float(boat.mesh(), &outer, boat.goal, limits);
+  EXPECT_EQ(failed(all), Names({"settled_tilt"}));
+  EXPECT_NEAR(all.state.settled_tilt_rad, kPi, 1e-6);
+  limits.release_directions = 1;
+  EXPECT_EQ(failed(verify_float(boat.mesh(), &outer, boat.goal, limits)), Names());
+}
+
+TEST(VerifyFloat, LimitsAreTheOnesGiven) {
+  Boat boat;
+  boat.shift = {0.05, 0, 0.1};
+  boat.goal.waterline_mm *= 1.0005;
+  FloatLimits limits;
+  limits.wall_ratio = 0.96;
+  EXPECT_EQ(failed(verify_float(boat.mesh(), nullptr, boat.goal, limits)), Names());
+  limits.mass_error = 4e-4;
+  limits.offset_over_diagonal = 4e-4;
+  limits.settled_tilt_rad = 1e-3;
+  limits.wall_ratio = 0.97;
+  EXPECT_EQ(failed(verify_float(boat.mesh(), nullptr, boat.goal, limits)), Names({"wall", "mass_error", "offset", "settled_tilt"}));
+}
+
+TEST(VerifyFloat, CavitiesOfTheOriginalAreItsOwn) {
+  const Boat boat;
+  const Mesh original = boat.mesh();
+  const FloatVerdict same = verify_float(original, &original, boat.goal);
+  EXPECT_EQ(failed(same), Names());
+  EXPECT_EQ(same.cavities, 0u);
+  EXPECT_EQ(same.smallest_wall_mm, std::numeric_limits<double>::infinity());
+  // A new cavity below it is judged against both surfaces; the old one displaces as before.
+  FloatGoalSpec goal = boat.goal;
+  goal.waterline_mm -= 1.24 * 64 / (60 * 40);
+  goal.wall_mm = 1;
+  const FloatVerdict more = verify_float(test::hollow(original, test::box({-8, -4, 2}, {8, 4, 2.5})), &original, goal);
+  EXPECT_EQ(failed(more), Names());
+  EXPECT_EQ(more.cavities, 1u);
+  EXPECT_NEAR(more.smallest_wall_mm, 2, 1e-12);
+  goal.waterline_mm = boat.goal.waterline_mm - 1.24 * 192 / (60 * 40);
+  const FloatVerdict close = verify_float(test::hollow(original, test::box({-8, -4, 5}, {8, 4, 6.5})), &original, goal);
+  EXPECT_EQ(failed(close), Names({"wall"}));
+  EXPECT_NEAR(close.smallest_wall_mm, 0.5, 1e-12);
+}
+
+TEST(VerifyFloat, AnUntouchedSolidIsJudgedToo) {
+  const Mesh plate = test::box({-20, -15, 0}, {20, 15, 10});
+  FloatGoalSpec goal;
+  goal.density_g_cm3 = 0.5;
+  goal.waterline_mm = 5;
+  const FloatVerdict verdict = verify_float(plate, &plate, goal);
+  EXPECT_TRUE(verdict.pass());
+  EXPECT_EQ(verdict.cavities, 0u);
+}
+
+TEST(VerifyFloat, TheSameBitsForAnyNumberOfThreads) {
+  Boat boat;
+  boat.shift = {0.1, 0.05, 0.2};
+  const Mesh outer = Boat::outer();
+  FloatVerdict one;
+  tbb::task_arena(1).execute([&] { one = verify_float(boat.mesh(), &outer, boat.goal); });
+  const FloatVerdict many = verify_float(boat.mesh(), &outer, boat.goal);
+  ASSERT_EQ(one.criteria.size(), many.criteria.size());
+  for (std::size_t i = 0; i < one.criteria.size(); ++i)
+    EXPECT_EQ(one.criteria[i].value, many.criteria[i].value) << one.criteria[i].name;
+}
+
+TEST(VerifyFloat, CanBeInterrupted) {
+  const Boat boat;
+  Progress progress;
+  int polls = 0;
+  progress.cancelled = [&] { return ++polls > 2; };
+  try {
+    verify_float(boat.mesh(), nullptr, boat.goal, {}, progress);
+    ADD_FAILURE() << "not interrupted";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), ErrorCode::interrupted);
+  }
+}
+
+TEST(VerifyFloat, RefusesGoalsAndMeshesThatMakeNoSense) {
+  const Boat boat;
+  const auto code = [](const Mesh& mesh, const FloatGoalSpec& goal) {
+    try {
+      verify_float(mesh, nullptr, goal);
+    } catch (const Error& e) {
+      return e.code();
+    }
+    return ErrorCode::internal;
+  };
+  FloatGoalSpec goal = boat.goal;
+  goal.up.setZero();
+  EXPECT_EQ(code(boat.mesh(), goal), ErrorCode::usage);
+  goal = boat.goal;
+  goal.density_g_cm3 = 0;
+  EXPECT_EQ(code(boat.mesh(), goal), ErrorCode::usage);
+  goal = boat.goal;
+  goal.waterline_mm = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(code(boat.mesh(), goal), ErrorCode::usage);
+  EXPECT_EQ(code(Mesh(), boat.goal), ErrorCode::input);
+  EXPECT_EQ(code(test::flipped(boat.mesh()), boat.goal), ErrorCode::input);
+  Mesh broken = boat.mesh();
+  broken.vertices[3].x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(code(broken, boat.goal), ErrorCode::input);
+}
+
+TEST(Criterion, PassesAtItsLimitAndFailsForNoNumber) {
+  Criterion most{"a", "", 1, 1, Criterion::Kind::at_most};
+  EXPECT_TRUE(most.pass());
+  most.value = std::nextafter(1, 2);
+  EXPECT_FALSE(most.pass());
+  Criterion least{"b", "", 1, 1, Criterion::Kind::at_least};
+  EXPECT_TRUE(least.pass());
+  least.value = std::nextafter(1, 0);
+  EXPECT_FALSE(least.pass());
+  for (Criterion* c : {&most, &least}) {
+    c->value = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_FALSE(c->pass());
+  }
+}
+
+}  // namespace
+}  // namespace rayrep

@@ -1,0 +1,113 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "rayrep/base/error.h"
+#include "rayrep/io/mesh_io.h"
+#include "rayrep/judge/verify.h"
+#include "rayrep/make/hollow.h"
+#include "rayrep/mesh/level_set.h"
+#include "solids.h"
+
+namespace rayrep {
+namespace {
+
+using namespace test;
+
+StandOptions coarse() {
+  StandOptions options;
+  options.hollow.resolution = 40;
+  options.hollow.as_stored = [](const Mesh& mesh) { return as_stored("x.stl", mesh); };
+  return options;
+}
+
+StandVerdict expect_stands(const Mesh& solid, const StandOptions& options) {
+  const StandResult result = hollow_stand(solid, options);
+  const auto path = own_file("stand.stl");
+  write_mesh(path, result.hollow.delivered);
+  StandGoalSpec goal;
+  goal.up = options.hollow.up;
+  goal.target_mm = result.target_mm;
+  const StandVerdict verdict = verify_stand(read_mesh(path).mesh, &solid, goal);
+  for (const Criterion& c : verdict.criteria)
+    EXPECT_TRUE(c.pass()) << path << ": " << c.name << " " << c.value << " limit " << c.limit;
+  if (verdict.pass()) std::filesystem::remove(path);
+  return verdict;
+}
+
+TEST(HollowStand, ABoxBringsItsCentreOfMassDown) {
+  // By symmetry the target is the middle and the cavity flat: filled to t above the floor, the lowest centre of mass lies at the
+  // level of the filling (otherwise one more or one less layer would lower it).
+  const Mesh solid = box({0, 0, 0}, {20, 20, 40});
+  const StandVerdict verdict = expect_stands(solid, coarse());
+  const double w = 1.2;
+  const auto height = [&](double t) {
+    const Moments s = box_moments({0, 0, 0}, {20, 20, 40}) - box_moments({w, w, t}, {20 - w, 20 - w, 40 - w});
+    return s[MZ] / s[M1];
+  };
+  double lowest = 20;
+  for (double t = w; t < 40 - w; t += 0.01) lowest = std::min(lowest, height(t));
+  EXPECT_NEAR(verdict.state.height_mm, lowest, 0.03);  // the edges of the cavity are chamfered over a cell of 0.6 mm
+  EXPECT_NEAR(verdict.state.smallest_tipping_angle_rad, std::atan2(10, lowest), 1e-3);
+}
+
+TEST(HollowStand, TheGapIsClosedByTheExactSolverAndSmallByIpopt) {
+  const Mesh solid = polycubes({{0, 0, 0}, {0, 0, 1}, {0, 0, 2}, {1, 0, 2}}, 20);
+  StandOptions options = coarse();
+  const StandResult exact = hollow_stand(solid, options);
+  EXPECT_LT(exact.hollow.duality_gap, 1e-9);
+  options.hollow.solver = Solver::rays;
+  const StandResult rays = hollow_stand(solid, options);
+  EXPECT_GE(rays.hollow.duality_gap, 0);
+  EXPECT_LT(rays.hollow.duality_gap, 1e-4);
+  EXPECT_NEAR(rays.objective, exact.objective, 1e-4 * exact.objective);
+}
+
+TEST(HollowStand, AToweringHeadIsBalancedOverTheBase) {
+  // A block with an overhanging head: solid, its centre of mass lies nearly over the edge.
+  const Mesh solid = polycubes({{0, 0, 0}, {0, 0, 1}, {0, 0, 2}, {1, 0, 2}}, 20);
+  const StandState before = stand_state_of(solid, {});
+  const StandVerdict after = expect_stands(solid, coarse());
+  EXPECT_GT(after.state.smallest_tipping_angle_rad, 1.5 * before.smallest_tipping_angle_rad);
+}
+
+TEST(HollowStand, TheLargestTippingAngleIsNoSmallerThanAtTheSafestPoint) {
+  const Mesh solid = polycubes({{0, 0, 0}, {0, 0, 1}, {0, 0, 2}, {1, 0, 2}}, 20);
+  StandOptions options = coarse();
+  const double lowest = expect_stands(solid, options).state.smallest_tipping_angle_rad;
+  options.objective = StandOptions::Objective::tip_angle;
+  EXPECT_GE(expect_stands(solid, options).state.smallest_tipping_angle_rad, lowest - 1e-3);
+}
+
+TEST(HollowStand, AGivenTargetIsMet) {
+  StandOptions options = coarse();
+  options.target_mm = Eigen::Vector3d(8, 11, 0);
+  const StandResult result = hollow_stand(box({0, 0, 0}, {20, 20, 40}), options);
+  const Moments s = mesh_moments(result.hollow.delivered);
+  EXPECT_NEAR(s[MX] / s[M1], 8, 1e-3);
+  EXPECT_NEAR(s[MY] / s[M1], 11, 1e-3);
+}
+
+TEST(HollowStand, RefusesAPointAnEdgeAndATargetOutOfReach) {
+  const auto message = [](const Mesh& solid, const StandOptions& options) -> std::string {
+    try {
+      hollow_stand(solid, options);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::goal) << error.what();
+      return error.what();
+    }
+    return "no error";
+  };
+  Mesh cone = rotated(frustum(15, 0, 30, 48), Eigen::AngleAxisd(kPi, Eigen::Vector3d::UnitX()).toRotationMatrix());
+  EXPECT_NE(message(cone, coarse()).find("a point only"), std::string::npos) << message(cone, coarse());
+  const Mesh roof =
+      rotated(box({-10, -20, -10}, {10, 20, 10}), Eigen::AngleAxisd(kPi / 4, Eigen::Vector3d::UnitY()).toRotationMatrix());
+  EXPECT_NE(message(roof, coarse()).find("an edge only"), std::string::npos) << message(roof, coarse());
+  StandOptions far = coarse();
+  far.target_mm = Eigen::Vector3d(1, 10, 0);
+  EXPECT_NE(message(box({0, 0, 0}, {20, 20, 40}), far).find("mm beside it"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace rayrep

@@ -1,0 +1,585 @@
+// The rayrep command as a user meets it: exit codes, messages, files.
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <pugixml.hpp>
+#include <sstream>
+
+#include "rayrep/io/mesh_io.h"
+#include "rayrep/judge/verify.h"
+#include "solids.h"
+
+namespace rayrep {
+namespace {
+
+using namespace test;
+namespace fs = std::filesystem;
+
+std::string text_of(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// Each test runs in a folder of its own.
+class Tool : public ::testing::Test {
+protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("rayrep_tool_" + std::to_string(getpid()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    write_mesh(folder_ / "egg.stl", uv_ellipsoid(30, 22, 16, 24));
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  struct Run {
+    int code = -1;
+    std::string out;
+    std::string err;
+  };
+
+  Run run(const std::string& arguments) const {
+    const std::string command = "cd '" + folder_.string() + "' && '" RAYREP_TOOL "' " + arguments + " >.out 2>.err";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(folder_ / ".out"), text_of(folder_ / ".err")};
+  }
+
+  /// Files in the folder other than what SetUp and run leave there.
+  std::vector<std::string> new_files() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(folder_)) {
+      const std::string name = entry.path().filename().string();
+      if (name != "egg.stl" && name != ".out" && name != ".err") names.push_back(name);
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Tool, SuggestsACommandThatWorks) {
+  const Run refused = run("float egg.stl --resolution 40 --waterline 2 --suggest --output s.stl");
+  EXPECT_EQ(refused.code, 4);
+  std::istringstream lines(refused.out);
+  std::string line;
+  ASSERT_TRUE(std::getline(lines, line)) << refused.err;
+  EXPECT_EQ(line.substr(0, 7), "rayrep ");
+  EXPECT_EQ(line.find("--suggest"), std::string::npos);
+  EXPECT_EQ(line.find("--waterline 2 "), std::string::npos) << line;
+  EXPECT_EQ(run(line.substr(7)).code, 0) << line;
+  EXPECT_EQ(new_files(), (std::vector<std::string>{"s.stl"}));
+}
+
+TEST_F(Tool, CertifiesAndSearchesTheAxis) {
+  const Run spin = run("spin egg.stl --resolution 40 --point auto --axis auto --max-tilt 10 --certify --report c.json -v");
+  ASSERT_EQ(spin.code, 0) << spin.err;
+  EXPECT_NE(spin.out.find("of the global optimum (proven"), std::string::npos) << spin.out;
+  EXPECT_NE(spin.out.find("axis along ("), std::string::npos);
+  const auto report = nlohmann::json::parse(text_of(folder_ / "c.json"));
+  const auto& certificate = report["solver"]["certificate"];
+  EXPECT_TRUE(certificate["closed"]);
+  EXPECT_LE(certificate["gap"].get<double>(), 1e-4);
+  EXPECT_LE(report["solver"]["as_built_error"].get<double>(), 1e-6);
+  // The line to judge it again names the axis that was found.
+  const auto at = spin.out.find("rayrep verify ");
+  ASSERT_NE(at, std::string::npos);
+  EXPECT_EQ(run(spin.out.substr(at + 7, spin.out.find('\n', at) - at - 7)).code, 0);
+  for (const char* wrong : {"--certify --prefer smallest", "--certify --objective spinit", "--max-tilt 5",
+                            "--axis auto --max-tilt 0", "--yoyo --point auto", "--axis sideways"})
+    EXPECT_EQ(run(std::string("spin egg.stl ") + wrong).code, 2) << wrong;
+}
+
+TEST_F(Tool, FloatsAndVerifies) {
+  const Run run_float = run("float egg.stl --resolution 60 --report r.json");
+  ASSERT_EQ(run_float.code, 0) << run_float.err;
+  EXPECT_NE(run_float.out.find("VERIFIED: wrote egg_float.stl"), std::string::npos) << run_float.out;
+  EXPECT_EQ(run_float.err, "");
+  EXPECT_EQ(new_files(), (std::vector<std::string>{"egg_float.stl", "r.json"}));
+
+  const auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_EQ(report["command"], "float");
+  EXPECT_TRUE(report["pass"]);
+  for (const char* key : {"input", "options", "before", "after", "criteria", "solver", "timings_s", "peak_memory_mb", "version"})
+    EXPECT_TRUE(report.contains(key)) << key;
+  for (const char* key : {"name", "status", "iterations", "variables", "objective", "seconds"})
+    EXPECT_TRUE(report["solver"].contains(key)) << key;
+  for (const char* key : {"read", "domain", "rays", "solve", "mesh", "verify", "write", "total"})
+    EXPECT_GE(report["timings_s"][key].get<double>(), 0) << key;
+  ASSERT_EQ(report["criteria"].size(), 8u);
+  for (const auto& c : report["criteria"]) EXPECT_TRUE(c["pass"]) << c["name"];
+  EXPECT_GT(report["before"]["mass_g"].get<double>(), report["after"]["mass_g"].get<double>());
+
+  const std::string waterline = std::to_string(report["goal"]["waterline_mm"].get<double>());
+  EXPECT_EQ(run("verify egg_float.stl --original egg.stl --waterline " + waterline).code, 0);
+  EXPECT_EQ(run("verify egg_float.stl").code, 0);
+  const Run solid = run("verify egg.stl --waterline " + waterline);
+  EXPECT_EQ(solid.code, 4);
+  EXPECT_NE(solid.err.find("mass_error"), std::string::npos);
+}
+
+TEST_F(Tool, WritesTheSameBytesForAnyNumberOfThreads) {
+  ASSERT_EQ(run("float egg.stl --resolution 60 --submerged 0.5 --threads 1 -o one.stl").code, 0);
+  ASSERT_EQ(run("float egg.stl --resolution 60 --submerged 0.5 --threads 2 -o two.stl").code, 0);
+  EXPECT_EQ(text_of(folder_ / "one.stl"), text_of(folder_ / "two.stl"));
+}
+
+TEST_F(Tool, WritesEveryFormat) {
+  for (const char* name : {"a.stl", "a.obj", "a.ply", "a.3mf"}) {
+    const Run result = run(std::string("float egg.stl --resolution 40 --submerged 0.5 -q -o ") + name);
+    EXPECT_EQ(result.code, 0) << name << ": " << result.err;
+    EXPECT_EQ(result.out, "");
+    EXPECT_EQ(run(std::string("verify --submerged 0.5 --original egg.stl ") + name).code, 0) << name;
+  }
+}
+
+TEST_F(Tool, UnitsSizeAndUp) {
+  // The same egg in centimetres, lying on its side.
+  write_mesh(
+      folder_ / "cm.obj",
+      scaled(rotated(uv_ellipsoid(30, 22, 16, 24), Eigen::AngleAxisd(-kPi / 2, Eigen::Vector3d::UnitX()).toRotationMatrix()), 0.1));
+  const Run result = run("float cm.obj --unit cm --up y --resolution 60 --submerged 0.5 --report r.json");
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_NEAR(report["input"]["size_mm"][0].get<double>(), 60, 1e-6);
+  EXPECT_NEAR(report["goal"]["waterline_mm"].get<double>(), 16, 1e-6);
+  const Run sized = run("inspect cm.obj --size 120 --json");
+  ASSERT_EQ(sized.code, 0) << sized.err;
+  EXPECT_NEAR(nlohmann::json::parse(sized.out)["input"]["size_mm"][0].get<double>(), 120, 1e-9);
+  EXPECT_EQ(run("float cm.obj --unit cm --up -y --resolution 60 --submerged 0.5 -o down.stl").code, 0);
+}
+
+TEST_F(Tool, InspectTellsMassProperties) {
+  const Run result = run("inspect egg.stl --json --density 2");
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto report = nlohmann::json::parse(result.out);
+  const MassProperties exact = mass_properties(mesh_moments(as_stored("x.stl", uv_ellipsoid(30, 22, 16, 24))), 2);
+  EXPECT_NEAR(report["mass_properties"]["mass_g"].get<double>(), exact.mass_g, 1e-9 * exact.mass_g);
+  for (std::size_t n = 0; n < 3; ++n)
+    EXPECT_NEAR(report["mass_properties"]["principal_moments_g_mm2"][n].get<double>(),
+                exact.principal_moments_g_mm2[static_cast<Eigen::Index>(n)],
+                1e-9 * exact.principal_moments_g_mm2[static_cast<Eigen::Index>(n)]);
+  const Run words = run("inspect egg.stl --material petg");
+  EXPECT_EQ(words.code, 0);
+  for (const char* word : {"volume", "surface area", "mass", "centre of mass", "inertia tensor", "principal moments"})
+    EXPECT_NE(words.out.find(word), std::string::npos) << word;
+}
+
+TEST_F(Tool, UsageErrorsAre2) {
+  for (const char* arguments : {"",
+                                "swim egg.stl",
+                                "float",
+                                "float egg.stl --wall",
+                                "float egg.stl --wall -1",
+                                "float egg.stl --fluid zero",
+                                "float egg.stl --resolution 10",
+                                "float egg.stl --resolution 1001",
+                                "float egg.stl --up 0,0,0",
+                                "float egg.stl --up w",
+                                "float egg.stl --unit furlong",
+                                "float egg.stl --nonsense 3",
+                                "float egg.stl --waterline 5 --submerged 0.5",
+                                "float egg.stl --submerged 1.5",
+                                "float egg.stl --density 1 --material pla",
+                                "float egg.stl --material cheese",
+                                "float egg.stl -o egg.xyz",
+                                "float egg.stl -o egg.stl",
+                                "float egg.stl --threads 0",
+                                "float egg.stl extra.stl",
+                                "float egg.stl --waterline 500"}) {
+    const Run result = run(arguments);
+    EXPECT_EQ(result.code, 2) << arguments << ": " << result.err;
+    EXPECT_EQ(result.err.rfind("rayrep: ", 0), 0u) << result.err;
+    EXPECT_EQ(result.out, "") << arguments;
+    EXPECT_TRUE(new_files().empty()) << arguments;
+  }
+}
+
+TEST_F(Tool, InputErrorsAre3) {
+  Mesh open = uv_ellipsoid(30, 22, 16, 24);
+  open.triangles.pop_back();
+  write_mesh(folder_ / "open.stl", open);
+  std::ofstream(folder_ / "empty.stl");
+  std::ofstream(folder_ / "words.obj") << "these are words\n";
+  for (const char* command : {"float", "inspect", "verify"})
+    for (const char* name : {"missing.stl", "open.stl", "empty.stl", "words.obj", "."}) {
+      const Run result = run(std::string(command) + " " + name);
+      EXPECT_EQ(result.code, 3) << command << " " << name << ": " << result.err;
+      EXPECT_NE(result.err.find(name), std::string::npos) << result.err;
+    }
+  EXPECT_NE(run("inspect open.stl").out.find("open edges"), std::string::npos);
+  EXPECT_EQ(run("verify open.stl --goal spin --point com").code, 3);
+  // What needs no solid is judged all the same.
+  const Run judged = run("verify open.stl --goal yoyo");
+  EXPECT_EQ(judged.code, 4);
+  EXPECT_NE(judged.err.find("(closed"), std::string::npos) << judged.err;
+}
+
+TEST_F(Tool, UnreachableGoalsAre4AndLeaveTheOldFileAlone) {
+  std::ofstream(folder_ / "egg_float.stl") << "old";
+  const Run result = run("float egg.stl --waterline 3 --resolution 60");
+  EXPECT_EQ(result.code, 4);
+  EXPECT_NE(result.err.find("The shell alone weighs"), std::string::npos) << result.err;
+  EXPECT_EQ(text_of(folder_ / "egg_float.stl"), "old");
+  EXPECT_EQ(new_files(), std::vector<std::string>{"egg_float.stl"});
+}
+
+TEST_F(Tool, SpinsAndVerifies) {
+  const Mesh tilted = rotated(uv_ellipsoid(30, 22, 16, 24), Eigen::AngleAxisd(0.26, Eigen::Vector3d::UnitX()).toRotationMatrix());
+  write_mesh(folder_ / "egg.stl", tilted);
+  const Run result = run("spin egg.stl --point com --resolution 40 --report r.json");
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_NE(result.out.find("VERIFIED: wrote egg_spin.stl"), std::string::npos) << result.out;
+  EXPECT_EQ(result.err, "");
+  EXPECT_EQ(new_files(), (std::vector<std::string>{"egg_spin.stl", "r.json"}));
+
+  const auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_EQ(report["command"], "spin");
+  EXPECT_TRUE(report["pass"]);
+  EXPECT_EQ(report["goal"]["name"], "spin");
+  EXPECT_EQ(report["goal"]["prefer"], "largest");
+  EXPECT_EQ(report["goal"]["contact_mm"].size(), 3u);
+  for (const char* when : {"before", "after"}) {
+    for (const char* key : {"mass_g", "offset_mm", "height_mm", "axis_angle_rad", "axis_class", "ratio_to_larger_lateral",
+                            "ratio_to_smaller_lateral", "stable_sliding", "stable_fixed"})
+      EXPECT_TRUE(report[when].contains(key)) << when << " " << key;
+    EXPECT_EQ(report[when]["axis_class"], "largest") << when;
+  }
+  ASSERT_EQ(report["after"]["stable_sliding"].size(), 1u);
+  EXPECT_GT(report["after"]["stable_sliding"][0]["from_rpm"].get<double>(), 0);
+  EXPECT_GT(report["after"]["ratio_to_larger_lateral"].get<double>(), report["before"]["ratio_to_larger_lateral"].get<double>());
+  EXPECT_LT(report["after"]["axis_angle_rad"].get<double>(), 1e-3);
+  EXPECT_GT(report["before"]["axis_angle_rad"].get<double>(), 0.1);
+  for (const auto& c : report["criteria"]) EXPECT_TRUE(c["pass"]) << c["name"];
+}
+
+TEST_F(Tool, SpinsAYoyoQuietly) {
+  const Run result = run("spin egg.stl --yoyo --center 0.5,0,0 --resolution 40 -q -o yoyo.ply --report r.json");
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.out, "");
+  const auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_EQ(report["goal"]["name"], "yo-yo");
+  EXPECT_EQ(report["goal"]["centre_mm"][0], 0.5);
+  const Mesh delivered = read_mesh(folder_ / "yoyo.ply").mesh;
+  EXPECT_TRUE(near(mass_properties(mesh_moments(delivered), 1).centre_of_mass_mm, Eigen::Vector3d(0.5, 0, 0), 0.005));
+  EXPECT_EQ(run("verify yoyo.ply --goal yoyo --center 0.5,0,0 --original egg.stl").code, 0);
+}
+
+TEST_F(Tool, SpinTellsHowToVerifyIt) {
+  const Mesh tilted = rotated(uv_ellipsoid(30, 22, 16, 24), Eigen::AngleAxisd(0.26, Eigen::Vector3d::UnitX()).toRotationMatrix());
+  write_mesh(folder_ / "the egg.obj", tilted);
+  const Run made =
+      run("spin 'the egg.obj' --size 30 --point com --density 1.1 --resolution 30 -v --report spin.json -o 'an egg.stl'");
+  ASSERT_EQ(made.code, 0) << made.err;
+  const std::string before = "\nto judge it again: rayrep ";
+  const std::size_t at = made.out.find(before);
+  ASSERT_NE(at, std::string::npos) << made.out;
+  const std::string line = made.out.substr(at + before.size(), made.out.find('\n', at + 1) - at - before.size());
+  EXPECT_NE(line.find(" --original 'the egg.obj'"), std::string::npos) << line;
+
+  const auto spin = nlohmann::json::parse(text_of(folder_ / "spin.json"));
+  const Run judged = run(line + " --report verify.json");
+  ASSERT_EQ(judged.code, 0) << line << "\n" << judged.err;
+  EXPECT_NE(judged.out.find("VERIFIED"), std::string::npos) << judged.out;
+  const auto verify = nlohmann::json::parse(text_of(folder_ / "verify.json"));
+  EXPECT_EQ(verify["command"], "verify");
+  EXPECT_EQ(verify["options"]["goal"], "spin");
+  EXPECT_EQ(verify["goal"]["name"], "spin");
+  for (const char* key : {"solver", "model", "output"}) EXPECT_FALSE(verify.contains(key)) << key;
+  ASSERT_EQ(verify["criteria"].size(), spin["criteria"].size());
+  for (const char* key : {"mass_g", "height_mm", "ratio_to_larger_lateral", "ratio_to_smaller_lateral"})
+    EXPECT_NEAR(verify["after"][key].get<double>(), spin["after"][key].get<double>(), 1e-6 * spin["after"][key].get<double>())
+        << key;
+
+  // By the same rules, the contact points of the solid are found again on what was hollowed.
+  const auto contact = [&](const std::string& arguments, int code) {
+    const Run result = run("verify 'an egg.stl' --goal spin --report again.json -q " + arguments);
+    EXPECT_EQ(result.code, code) << arguments << ": " << result.err;
+    return nlohmann::json::parse(text_of(folder_ / "again.json"))["goal"]["contact_mm"].get<std::vector<double>>();
+  };
+  const auto wanted = spin["goal"]["contact_mm"].get<std::vector<double>>();
+  for (const char* arguments : {"--point com", "--point com --size 30 --original 'the egg.obj'", "--point 0,0"}) {
+    const auto found = contact(arguments, 0);
+    for (std::size_t n = 0; n < 3; ++n) EXPECT_NEAR(found[n], wanted[n], 1e-4) << arguments;
+  }
+  const std::vector<double> lowest = contact("--point lowest", 4);
+  EXPECT_LT(lowest[2], wanted[2] - 0.1);
+  EXPECT_EQ(run("verify 'an egg.stl' --goal spin --point 0,0 --prefer smallest").code, 4);
+}
+
+TEST_F(Tool, AMiddleAxisIs4WithTheReason) {
+  write_mesh(folder_ / "box.stl", box({0, 0, 0}, {40, 20, 30}));
+  const Run middle = run("verify box.stl --goal spin --report r.json");
+  EXPECT_EQ(middle.code, 4);
+  EXPECT_NE(middle.err.find("axis_class"), std::string::npos) << middle.err;
+  EXPECT_NE(middle.err.find("the middle one of the three principal axes"), std::string::npos) << middle.err;
+  const auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_FALSE(report["pass"]);
+  EXPECT_EQ(report["after"]["axis_class"], "middle");
+  // 20 x 30 across the axis, along y: the largest.
+  EXPECT_EQ(run("verify box.stl --goal spin --up y").code, 0);
+  EXPECT_EQ(run("verify box.stl --goal spin --up x --prefer smallest").code, 0);
+  EXPECT_EQ(run("verify box.stl --goal yoyo").code, 4);
+  EXPECT_EQ(run("verify box.stl --goal yoyo --up y").code, 0);
+  const Run along = run("verify box.stl --goal yoyo --up y --center 20,10.5,15");
+  EXPECT_EQ(along.code, 4);
+  EXPECT_NE(along.err.find("(centre)"), std::string::npos) << along.err;
+}
+
+TEST_F(Tool, StandsAndVerifies) {
+  write_mesh(folder_ / "box.stl", box({0, 0, 0}, {20, 10, 15}));
+  const Run solid = run("verify box.stl --goal stand --report r.json");
+  ASSERT_EQ(solid.code, 0) << solid.err;
+  EXPECT_EQ(solid.out.find("target"), std::string::npos) << solid.out;
+  auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_EQ(report["goal"]["name"], "stand");
+  EXPECT_TRUE(report["goal"]["target_mm"].is_null());
+  EXPECT_NEAR(report["after"]["smallest_tipping_angle_rad"].get<double>(), std::atan2(5, 7.5), 1e-9);
+  for (const char* key : {"solver", "model", "output"}) EXPECT_FALSE(report.contains(key)) << key;
+  EXPECT_EQ(run("verify box.stl --goal stand --target 10,5,99").code, 0);
+  const Run aside = run("verify box.stl --goal stand --target 9,5,0");
+  EXPECT_EQ(aside.code, 4);
+  EXPECT_NE(aside.err.find("(offset)"), std::string::npos) << aside.err;
+
+  const Run made = run("stand box.stl --target 9,5,0 --resolution 30 --report r.json");
+  ASSERT_EQ(made.code, 0) << made.err;
+  report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_TRUE(report.contains("solver"));
+  EXPECT_NEAR(report["goal"]["target_mm"][0].get<double>(), 9, 1e-9);
+  EXPECT_LT(report["after"]["height_mm"].get<double>(), 7);
+  EXPECT_EQ(run("verify box_stand.stl --goal stand --target 9,5,0 --original box.stl").code, 0);
+  EXPECT_EQ(run("verify box_stand.stl --goal stand --target 10,5,0 --original box.stl").code, 4);
+  // --point com is below the middle of the box, not of what is left of it.
+  for (const char* original : {"", " --original box.stl"}) {
+    EXPECT_EQ(run(std::string("verify box_stand.stl --goal spin --point com --report r.json") + original).code, 4);
+    report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+    EXPECT_NEAR(report["goal"]["contact_mm"][0].get<double>(), 10, 1e-6) << original;
+    EXPECT_NEAR(report["after"]["offset_mm"].get<double>(), 1, 0.01) << original;
+  }
+}
+
+TEST_F(Tool, MeetsTargetsAndWritesThemForSimulators) {
+  const Run made =
+      run("target egg.stl --wall 2 --resolution 40 --mass 40 --com 0,0,-1 --inertia -,-,12000 --minimise ixx --report r.json"
+          " --urdf egg.urdf --mjcf egg.xml");
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_NE(made.out.find("VERIFIED: wrote egg_target.stl"), std::string::npos) << made.out;
+  EXPECT_EQ(new_files(), (std::vector<std::string>{"egg.urdf", "egg.xml", "egg_target.stl", "r.json"}));
+  const auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_EQ(report["command"], "target");
+  EXPECT_EQ(report["goal"]["wanted"],
+            (nlohmann::json{{"mass", 40.0}, {"com_x", 0.0}, {"com_y", 0.0}, {"com_z", -1.0}, {"izz", 12000.0}}));
+  EXPECT_EQ(report["criteria"].size(), 9u);
+  EXPECT_NEAR(report["after"]["mass_g"].get<double>(), 40, 1e-3);
+  EXPECT_LT(report["after"]["deviations"]["izz"].get<double>(), 1e-4);
+  EXPECT_EQ(report["solver"]["first"]["number"], "ixx");
+  EXPECT_GE(report["solver"]["first"]["value"].get<double>(), report["solver"]["first"]["bound"].get<double>() * (1 - 1e-9));
+
+  // The files hold the numbers of the mesh that was written, in kg and m; so do the report and inspect.
+  const MassProperties body = mass_properties(mesh_moments(read_mesh(folder_ / "egg_target.stl").mesh), 1.24);
+  EXPECT_NEAR(body.mass_g, 40, 1e-3);
+  pugi::xml_document urdf;
+  ASSERT_TRUE(urdf.load_file((folder_ / "egg.urdf").c_str()));
+  const pugi::xml_node inertial = urdf.child("inertial");
+  EXPECT_NEAR(inertial.child("mass").attribute("value").as_double(), 1e-3 * body.mass_g, 1e-8);
+  EXPECT_NEAR(inertial.child("inertia").attribute("izz").as_double(), 1e-9 * body.inertia_g_mm2(2, 2), 1e-12);
+  EXPECT_NEAR(inertial.child("inertia").attribute("iyz").as_double(), 1e-9 * body.inertia_g_mm2(1, 2), 1e-12);
+  EXPECT_EQ(report["inertial"]["urdf"].get<std::string>(), text_of(folder_ / "egg.urdf"));
+  EXPECT_EQ(report["inertial"]["mjcf"].get<std::string>(), text_of(folder_ / "egg.xml"));
+  ASSERT_EQ(run("inspect egg_target.stl -q --urdf again.urdf").code, 0);
+  ASSERT_TRUE(urdf.load_file((folder_ / "again.urdf").c_str()));
+  EXPECT_NEAR(urdf.child("inertial").child("mass").attribute("value").as_double(), 1e-3 * body.mass_g, 1e-8);
+
+  const std::string wanted = " --goal target --mass 40 --com 0,0,-1 --inertia -,-,12000 --wall 2 --original egg.stl";
+  const Run judged = run("verify egg_target.stl" + wanted);
+  EXPECT_EQ(judged.code, 0) << judged.err;
+  const Run other = run("verify egg_target.stl --goal target --mass 41 --com -,-,0.5");
+  EXPECT_EQ(other.code, 4);
+  EXPECT_NE(other.err.find("(mass, com_z)"), std::string::npos) << other.err;
+}
+
+TEST_F(Tool, UnreachableTargetsAre4AndTellHowNearTheyCome) {
+  const Run result = run("target egg.stl --resolution 40 --wall 2 --mass 40 --com -,-,-9 --urdf egg.urdf");
+  EXPECT_EQ(result.code, 4);
+  for (const char* words :
+       {"cannot be met together", "The nearest any interior comes (least squares of mass, static moments and inertia) is: mass",
+        "instead of -9 mm", "without com_z"})
+    EXPECT_NE(result.err.find(words), std::string::npos) << result.err;
+  EXPECT_TRUE(new_files().empty());
+}
+
+TEST_F(Tool, TargetUsageErrorsAre2) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"", "Say which numbers are wanted"},
+      {"--mass 0", "--mass must be a positive number"},
+      {"--com 1,2", "--com takes X,Y,Z"},
+      {"--com -,-,-", "Say which numbers are wanted"},
+      {"--com 1,2,x", "--com does not take"},
+      {"--inertia 1,2,3,4", "--inertia takes"},
+      {"--inertia 1,1,1", "Inertia targets need the centre of mass"},
+      {"--com 0,0,0 --inertia 1,1,5", "No body has this inertia"},
+      {"--mass 30 --minimise weight", "--minimise takes"},
+      {"--com 0,0,- --minimise com_z", "--mass"},
+      {"--mass 30 --solver rays", "unrecognised option '--solver'"},
+      {"--mass 30 --urdf egg.stl", "would overwrite a mesh"},
+      {"--mass 30 --urdf a --mjcf a", "name the same file"},
+  };
+  for (const auto& [arguments, message] : cases) {
+    const Run result = run(std::string("target egg.stl --resolution 40 ") + arguments);
+    EXPECT_EQ(result.code, 2) << arguments << ": " << result.err;
+    EXPECT_NE(result.err.find(message), std::string::npos) << arguments << ": " << result.err;
+    EXPECT_TRUE(new_files().empty()) << arguments;
+  }
+}
+
+TEST_F(Tool, SolversAreChosenAndTold) {
+  const auto solver_of = [&](const std::string& arguments) {
+    const Run result = run(arguments + " --resolution 20 --wall 4 -o a.stl --report r.json");
+    // At this resolution a mesh from voxels may miss the mass by more than the judge allows.
+    EXPECT_TRUE(result.code == 0 || result.code == 4) << arguments << ": " << result.err;
+    const auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+    return report["options"]["solver"].get<std::string>() + ": " + report["solver"]["name"].get<std::string>();
+  };
+  EXPECT_EQ(solver_of("float egg.stl --submerged 0.6"), "quadric: quadric");
+  EXPECT_EQ(solver_of("float egg.stl --submerged 0.6 --solver rays"), "rays: rays (Ipopt)");
+  EXPECT_EQ(solver_of("float egg.stl --submerged 0.6 --solver voxels"), "voxels: voxels (Ipopt)");
+  EXPECT_EQ(solver_of("float egg.stl --submerged 0.6 --solver octree"), "octree: octree (Ipopt)");
+  EXPECT_EQ(solver_of("spin egg.stl"), "quadric: quadric");
+  EXPECT_EQ(solver_of("spin egg.stl --bounds paper"), "rays: rays (Ipopt)");
+  const Run refused = run("spin egg.stl --bounds paper --solver quadric");
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("--bounds paper belongs to --solver rays"), std::string::npos) << refused.err;
+  EXPECT_EQ(run("stand egg.stl --solver magic").code, 2);
+}
+
+TEST_F(Tool, WhatCannotStandIs4WithTheReason) {
+  const Run egg = run("verify egg.stl --goal stand");
+  EXPECT_EQ(egg.code, 4);
+  EXPECT_NE(egg.err.find("touches the ground only in a point"), std::string::npos) << egg.err;
+  // A foot at one end, half a millimetre lower than the rest.
+  Mesh foot = box({0, 0, 0}, {10, 10, 20});
+  append(foot, box({5, 0, 0.5}, {40, 10, 20}));
+  write_mesh(folder_ / "foot.stl", foot);
+  const Run tips = run("verify foot.stl --goal stand");
+  EXPECT_EQ(tips.code, 4);
+  EXPECT_NE(tips.err.find("(inside)"), std::string::npos) << tips.err;
+  EXPECT_EQ(run("verify foot.stl --goal stand --contact 1").code, 0);
+}
+
+TEST_F(Tool, VerifyRefusesOptionsOfOtherGoals) {
+  const std::pair<const char*, const char*> cases[] = {{"--goal spin --waterline 5", "--waterline belongs to --goal float"},
+                                                       {"--goal yoyo --submerged 0.5", "--submerged belongs to --goal float"},
+                                                       {"--goal stand --fluid 1", "--fluid belongs to --goal float"},
+                                                       {"--point com", "--point belongs to --goal spin; this is --goal float"},
+                                                       {"--goal yoyo --point lowest", "--point belongs to --goal spin"},
+                                                       {"--goal spin --center 0,0,0", "--center belongs to --goal yoyo"},
+                                                       {"--goal stand --prefer largest", "--prefer belongs to --goal spin or yoyo"},
+                                                       {"--goal spin --target 0,0,0", "--target belongs to --goal stand"},
+                                                       {"--goal float --contact 1", "--contact belongs to --goal stand"},
+                                                       {"--goal swim", "--goal is float, spin, yoyo, stand or target"},
+                                                       {"--goal spin --point 500,0", "does not meet the mesh"},
+                                                       {"--goal spin --point 1", "--point takes"},
+                                                       {"--goal yoyo --center 1,2", "--center takes"},
+                                                       {"--goal spin --mass 5", "--mass belongs to --goal target"},
+                                                       {"--goal target", "Say which numbers are wanted"},
+                                                       {"--goal stand --contact 0", "--contact must be a positive number"},
+                                                       {"--goal spin --lambda 1", "unrecognised option '--lambda'"}};
+  for (const auto& [arguments, message] : cases) {
+    const Run result = run(std::string("verify egg.stl ") + arguments);
+    EXPECT_EQ(result.code, 2) << arguments << ": " << result.err;
+    EXPECT_NE(result.err.find(message), std::string::npos) << arguments << ": " << result.err;
+    EXPECT_EQ(result.out, "") << arguments;
+  }
+}
+
+TEST_F(Tool, UnitAndSizeInVerifyAreThoseOfTheOriginal) {
+  // The egg measures 30 mm: 3 cm in the first file.
+  Mesh small = read_mesh(folder_ / "egg.stl").mesh;
+  for (auto& v : small.vertices) v /= 10;
+  write_mesh(folder_ / "small.stl", small);
+  ASSERT_EQ(run("float small.stl --unit cm --size 40 --resolution 40 -o out.stl").code, 0);
+  EXPECT_EQ(run("verify out.stl --original small.stl --unit cm --size 40").code, 0);
+  EXPECT_EQ(run("verify out.stl --original small.stl --size 40").code, 0);
+  EXPECT_EQ(run("verify out.stl --original small.stl --unit cm").code, 4);
+  EXPECT_EQ(run("verify out.stl").code, 0);
+}
+
+TEST_F(Tool, SpinUsageErrorsAre2) {
+  for (const char* arguments :
+       {"--point 1", "--point 1,2,3,4", "--point tip", "--point 1,", "--point 0,0 --up 0,1,1", "--point 500,0", "--center 0,0,0",
+        "--yoyo --center 0,0", "--yoyo --point com", "--yoyo --center a,b,c", "--prefer middle", "--bounds x",
+        "--objective fastest", "--lambda -1", "--objective spinit --gamma-c -1", "--gamma-i nan", "--waterline 5"}) {
+    const Run result = run(std::string("spin egg.stl --resolution 40 ") + arguments);
+    EXPECT_EQ(result.code, 2) << arguments << ": " << result.err;
+    EXPECT_EQ(result.err.rfind("rayrep: ", 0), 0u) << result.err;
+    EXPECT_EQ(result.out, "") << arguments;
+    EXPECT_TRUE(new_files().empty()) << arguments;
+  }
+}
+
+TEST_F(Tool, UnreachableSpinsAre4AndLeaveTheOldFileAlone) {
+  write_mesh(folder_ / "egg.stl", box({0, 0, 0}, {40, 20, 20}));
+  std::ofstream(folder_ / "egg_spin.stl") << "old";
+  const Run result = run("spin egg.stl --point 3,10 --resolution 40");
+  EXPECT_EQ(result.code, 4);
+  EXPECT_NE(result.err.find("cannot be balanced"), std::string::npos) << result.err;
+  EXPECT_EQ(text_of(folder_ / "egg_spin.stl"), "old");
+  EXPECT_EQ(new_files(), std::vector<std::string>{"egg_spin.stl"});
+}
+
+TEST_F(Tool, WriteErrorsAre6) {
+  const Run result = run("float egg.stl --resolution 40 --submerged 0.5 -o no/such/folder/egg.stl");
+  EXPECT_EQ(result.code, 6);
+  EXPECT_NE(result.err.find("no/such/folder"), std::string::npos) << result.err;
+}
+
+TEST_F(Tool, InterruptIs130AndLeavesNothing) {
+  std::ofstream(folder_ / "egg_float.stl") << "old";
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    if (chdir(folder_.c_str()) != 0) _exit(99);
+    execl(RAYREP_TOOL, "rayrep", "float", "egg.stl", "--size", "200", "--resolution", "1000", "--quiet",
+          static_cast<char*>(nullptr));
+    _exit(98);
+  }
+  usleep(700000);
+  kill(child, SIGINT);
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  EXPECT_EQ(text_of(folder_ / "egg_float.stl"), "old");
+  EXPECT_EQ(new_files(), std::vector<std::string>{"egg_float.stl"});
+}
+
+TEST_F(Tool, HelpFitsAScreen) {
+  for (const char* arguments :
+       {"--help", "float --help", "spin --help", "stand --help", "target --help", "verify --help", "inspect --help"}) {
+    const Run result = run(arguments);
+    EXPECT_EQ(result.code, 0);
+    EXPECT_EQ(result.err, "");
+    std::istringstream lines(result.out);
+    int count = 0;
+    for (std::string line; std::getline(lines, line); ++count) EXPECT_LE(line.size(), 100u) << line;
+    EXPECT_LE(count, 40) << arguments;
+    EXPECT_GE(count, 8) << arguments;
+  }
+  EXPECT_EQ(run("--version").out.rfind("rayrep ", 0), 0u);
+}
+
+TEST_F(Tool, NamesWithBlanksAndOtherScripts) {
+  fs::copy(folder_ / "egg.stl", folder_ / "mein Ei 蛋.stl");
+  const Run result = run("float 'mein Ei 蛋.stl' --resolution 40 --submerged 0.5");
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_TRUE(fs::exists(folder_ / "mein Ei 蛋_float.stl"));
+}
+
+}  // namespace
+}  // namespace rayrep
