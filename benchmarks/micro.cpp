@@ -25,7 +25,7 @@ const Problem& problem(int resolution) {
     kept.clear();  // one at a time: at 1000 rays it takes much memory
     HollowOptions options;
     options.resolution = resolution;
-    kept.emplace(resolution, spin_problem({std::filesystem::path(RAYREP_EXAMPLES) / "tilted_ellipsoid.stl"}, options, {}));
+    kept.emplace(resolution, problem_of({std::filesystem::path(RAYREP_EXAMPLES) / "tilted_ellipsoid.stl"}, SpinSpec{}, options));
   }
   return kept.at(resolution);
 }
@@ -40,7 +40,7 @@ void set_rate(benchmark::State& state, const char* name, double amount) {
 }
 
 void casting(benchmark::State& state) {
-  const detail::Body& body = *problem(resolution(state)).body;
+  const detail::Body& body = *problem(resolution(state)).plan.body;
   const RayGrid grid = covering_grid(bounding_box(body.working), body.size_mm / resolution(state));
   for (auto _ : state) benchmark::DoNotOptimize(cast_rays(body.surface, grid, Region::single_layer));
   set_rate(state, "rays", as_double(grid.size()));
@@ -48,9 +48,9 @@ void casting(benchmark::State& state) {
 
 void inner_domains(benchmark::State& state) {
   const Problem& p = problem(resolution(state));
-  const detail::Body& body = *p.body;
+  const detail::Body& body = *p.plan.body;
   InnerDomainOptions options;
-  options.wall_mm = p.options.wall_mm;
+  options.wall_mm = print_of(p.plan.spec).wall_mm;
   options.ray_spacing_mm = body.inner.rays.grid.spacing_mm;
   options.field_spacing_mm = body.inner.field.spacing_mm;
   options.min_component_mm3 = p.options.min_cavity_mm3;
@@ -60,7 +60,7 @@ void inner_domains(benchmark::State& state) {
 
 void quadric_moments(benchmark::State& state) {
   const Problem& p = problem(resolution(state));
-  const RayIntegrals& rays = *p.body->integrals;
+  const RayIntegrals& rays = *p.plan.body->integrals;
   for (auto _ : state) benchmark::DoNotOptimize(rays.moments(p.exact.q));
   set_rate(state, "intervals", as_double(rays.intervals()));
   set_rate(state, "bytes", as_double(rays.bytes()));
@@ -68,7 +68,7 @@ void quadric_moments(benchmark::State& state) {
 
 void quadric_pass(benchmark::State& state) {
   const Problem& p = problem(resolution(state));
-  const RayIntegrals& rays = *p.body->integrals;
+  const RayIntegrals& rays = *p.plan.body->integrals;
   for (auto _ : state) benchmark::DoNotOptimize(rays.pass(p.exact.q));
   set_rate(state, "intervals", as_double(rays.intervals()));
   set_rate(state, "bytes", as_double(rays.bytes()));
@@ -76,7 +76,7 @@ void quadric_pass(benchmark::State& state) {
 
 /// The bound for the two above: as many bytes as they read, added up on all cores.
 void plain_read(benchmark::State& state) {
-  const RayIntegrals& rays = *problem(resolution(state)).body->integrals;
+  const RayIntegrals& rays = *problem(resolution(state)).plan.body->integrals;
   const std::vector<double> ends(rays.bytes() / sizeof(double), 0.5);
   for (auto _ : state)
     benchmark::DoNotOptimize(tbb::parallel_reduce(
@@ -97,16 +97,16 @@ void plain_read(benchmark::State& state) {
 void quadric_solve(benchmark::State& state) {
   const Problem& p = problem(resolution(state));
   int evaluations = 0;
-  for (auto _ : state) evaluations = solve_quadric(*p.goal, *p.body->integrals, p.body->shell).evaluations;
+  for (auto _ : state) evaluations = solve_quadric(p.plan.goal, *p.plan.body->integrals, p.plan.body->shell).evaluations;
   state.counters["evaluations"] = evaluations;
-  set_rate(state, "intervals", as_double(p.body->integrals->intervals()));
+  set_rate(state, "intervals", as_double(p.plan.body->integrals->intervals()));
 }
 
 CavityMesh cavity_of(const Problem& p) {
-  BlockField field = p.body->inner.field;
+  BlockField field = p.plan.body->inner.field;
   CavityOptions options;
-  options.wall_mm = p.options.wall_mm;
-  return mesh_cavity(field, p.body->surface, p.exact.q, options);
+  options.wall_mm = print_of(p.plan.spec).wall_mm;
+  return mesh_cavity(field, p.plan.body->surface, p.exact.q, options);
 }
 
 void meshing(benchmark::State& state) {
@@ -118,11 +118,9 @@ void meshing(benchmark::State& state) {
 
 void verifying(benchmark::State& state) {
   const Problem& p = problem(resolution(state));
-  Mesh delivered = p.body->outer;
-  append(delivered, transformed(cavity_of(p).mesh, p.body->to_working.inverse()));
-  SpinGoalSpec goal;
-  goal.contact_mm = p.body->to_working.inverse() * Eigen::Vector3d::Zero();
-  for (auto _ : state) benchmark::DoNotOptimize(verify_spin(delivered, &p.body->outer, goal));
+  Mesh delivered = p.plan.body->outer;
+  append(delivered, transformed(cavity_of(p).mesh, p.plan.body->to_working.inverse()));
+  for (auto _ : state) benchmark::DoNotOptimize(verify(delivered, &p.plan.body->outer, std::get<SpinSpec>(p.plan.spec)));
   set_rate(state, "triangles", as_double(delivered.triangles.size()));
 }
 

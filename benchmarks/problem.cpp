@@ -11,23 +11,10 @@
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/make/cavity.h"
-#include "rayrep/make/waterline.h"
 #include "rayrep/mesh/mesh_check.h"
 
 namespace rayrep::bench {
 namespace {
-
-Problem start(const Shape& shape, const HollowOptions& options, const char* goal_name) {
-  Problem p;
-  p.mesh = shape.path.filename();
-  p.goal_name = goal_name;
-  p.resolution = options.resolution;
-  p.options = options;
-  p.options.up = shape.up;
-  return p;
-}
-
-void finish(Problem& p) { p.exact = solve_quadric(*p.goal, *p.body->integrals, p.body->shell); }
 
 /// How many voxels one ray spacing wide the inner domain has, about.
 long long voxel_estimate(const detail::Body& body) {
@@ -36,19 +23,9 @@ long long voxel_estimate(const detail::Body& body) {
 }
 
 std::string name(SolveStatus status) {
-  switch (status) {
-    case SolveStatus::not_run:
-      return "not run";
-    case SolveStatus::converged:
-      return "converged";
-    case SolveStatus::infeasible:
-      return "infeasible";
-    case SolveStatus::iteration_limit:
-      return "iteration limit";
-    case SolveStatus::failed:
-      return "failed";
-  }
-  return "unknown";
+  std::string text = kSolveStatusNames[static_cast<std::size_t>(status)];
+  std::replace(text.begin(), text.end(), '_', ' ');
+  return text;
 }
 
 }  // namespace
@@ -64,59 +41,18 @@ Mesh load(const Shape& shape) {
   return mesh;
 }
 
-// The three follow hollow_float, hollow_spin and hollow_stand in src/make/hollow.cpp, options of Ipopt included.
-
-Problem float_problem(const Shape& shape, const HollowOptions& options, std::optional<double> waterline_mm) {
-  Problem p = start(shape, options, "float");
-  Mesh mesh = load(shape);
-  const Eigen::Affine3d frame = working_frame(mesh, shape.up);
-  p.body = std::make_unique<detail::Body>(std::move(mesh), frame, p.options, Progress{});
-  const detail::Body& body = *p.body;
-  const double fluid_g_cm3 = FloatOptions{}.fluid_g_cm3;
-  const FloatProblem problem{body.hull,         body.inner.rays, *body.integrals, body.shell, fluid_g_cm3, p.options.density_g_cm3,
-                             p.options.wall_mm, body.height_mm,  body.diagonal_mm};
-  if (!waterline_mm) waterline_mm = best_waterline(problem);
-  if (!waterline_mm) throw Error(ErrorCode::goal, "no waterline");
-  const WaterlineState target = at_waterline(problem, *waterline_mm);
-  const double material_mm3 = target.water.displaced_volume_mm3 * fluid_g_cm3 / p.options.density_g_cm3;
-  p.goal = std::make_unique<FloatGoal>(material_mm3, target.water.centre_of_buoyancy_mm.head<2>(), body.diagonal_mm);
-  p.setup.scale = {material_mm3, body.diagonal_mm};
-  p.setup.options = p.options.solve;
-  finish(p);
-  return p;
-}
-
-Problem spin_problem(const Shape& shape, const HollowOptions& options, const SpinAxis& axis, const SpinGoal::Weights& weights,
-                     bool yoyo) {
-  Problem p = start(shape, options, yoyo ? "yo-yo" : "spin");
-  Mesh mesh = load(shape);
-  const Eigen::Vector3d contact = yoyo ? Eigen::Vector3d(bounding_box(mesh).center()) : contact_point(mesh, axis, shape.up);
-  Eigen::Affine3d frame = working_frame(mesh, shape.up);
-  frame.translation() = -(frame.linear() * contact);
-  p.body = std::make_unique<detail::Body>(std::move(mesh), frame, p.options, Progress{});
-  p.setup.scale = {p.body->solid[M1], p.body->diagonal_mm};
-  p.goal = std::make_unique<SpinGoal>(weights, true, yoyo, p.setup.scale.volume_mm3, p.setup.scale.length_mm);
-  p.setup.segments = true;
-  p.setup.start_fill = SpinOptions{}.start_fill;
-  p.setup.options = p.options.solve;
-  p.setup.options.tolerance = std::max(p.options.solve.tolerance, 1e-7);
-  p.setup.options.barrier_target = 1e-8;
-  p.setup.options.max_iterations = std::min(p.options.solve.max_iterations, 200);
-  finish(p);
-  return p;
-}
-
-Problem stand_problem(const Shape& shape, const HollowOptions& options, const Eigen::Vector3d& target_mm) {
-  Problem p = start(shape, options, "stand");
-  Mesh mesh = load(shape);
-  const Eigen::Affine3d frame = working_frame(mesh, shape.up);
-  p.body = std::make_unique<detail::Body>(std::move(mesh), frame, p.options, Progress{});
-  p.setup.scale = {p.body->solid[M1], p.body->diagonal_mm};
-  p.goal = std::make_unique<StandGoal>((frame * target_mm).head<2>(), p.setup.scale.volume_mm3, p.setup.scale.length_mm);
-  p.setup.options = p.options.solve;
-  p.setup.options.tolerance = std::max(p.options.solve.tolerance, 1e-7);
-  p.setup.options.barrier_target = 1e-9;
-  finish(p);
+Problem problem_of(const Shape& shape, Spec spec, const HollowOptions& options) {
+  std::visit([&shape](auto& s) { s.up = shape.up; }, spec);
+  const SpinSpec* spin = std::get_if<SpinSpec>(&spec);
+  Problem p;
+  p.mesh = shape.path.filename();
+  p.goal_name = spin && spin->yoyo ? "yo-yo" : std::visit([](const auto& s) { return std::string(s.kGoal); }, spec);
+  p.resolution = options.resolution;
+  p.options = options;
+  const Mesh mesh = load(shape);
+  p.plan = std::visit([&](const auto& s) { return detail::plan(mesh, s, options, Progress{}); }, spec);
+  p.plan.setup.warm = {};  // every solver starts from nothing
+  p.exact = solve_quadric(p.plan.goal, *p.plan.body->integrals, p.plan.body->shell);
   return p;
 }
 
@@ -157,7 +93,7 @@ void mark_capped(Record& record, const Limits& limits) {
 }
 
 Record measure(const Problem& problem, Method method, const Limits& limits, const InteriorSolver::Setup* changed) {
-  const detail::Body& body = *problem.body;
+  const detail::Body& body = *problem.plan.body;
   Record record;
   record.mesh = problem.mesh;
   record.goal = problem.goal_name;
@@ -171,7 +107,7 @@ Record measure(const Problem& problem, Method method, const Limits& limits, cons
     return record;
   }
 
-  InteriorSolver::Setup setup = changed ? *changed : problem.setup;
+  InteriorSolver::Setup setup = changed ? *changed : problem.plan.setup;
   setup.bounds = method == Method::rays_paper ? SegmentBounds::paper : SegmentBounds::complete;
   switch (method) {
     case Method::rays_paper:
@@ -196,7 +132,7 @@ Record measure(const Problem& problem, Method method, const Limits& limits, cons
     // To arrange the rays for integrals is a part of the quadric solver's work, and of no other's.
     std::optional<RayIntegrals> arranged;
     if (method == Method::quadric) arranged.emplace(body.inner.rays);
-    InteriorSolver solver(*problem.goal, body.inner.rays, arranged ? *arranged : *body.integrals, setup);
+    InteriorSolver solver(problem.plan.goal, body.inner.rays, arranged ? *arranged : *body.integrals, setup);
     solved = solver.solve(body.shell, progress);
   };
   reset_peak_memory();
@@ -217,7 +153,7 @@ Record measure(const Problem& problem, Method method, const Limits& limits, cons
 }
 
 InteriorSolver::Setup tuned(const Problem& problem, double barrier_target) {
-  InteriorSolver::Setup setup = problem.setup;
+  InteriorSolver::Setup setup = problem.plan.setup;
   if (!setup.segments) return setup;
   setup.start_fill = 0.5;
   setup.options.barrier_target = barrier_target;
@@ -227,8 +163,8 @@ InteriorSolver::Setup tuned(const Problem& problem, double barrier_target) {
 }
 
 void judge(const Problem& problem, const Moments& model, const Moments& q, Record& record) {
-  const detail::Body& body = *problem.body;
-  const Goal& goal = *problem.goal;
+  const detail::Body& body = *problem.plan.body;
+  const Goal& goal = problem.plan.goal;
   record.objective = goal.objective(model);
   record.residual = goal.constraint_values(model).cwiseAbs().maxCoeff();
   if (problem.exact.converged) {
@@ -239,7 +175,7 @@ void judge(const Problem& problem, const Moments& model, const Moments& q, Recor
   if (record.status != "converged" || !(q.cwiseAbs().maxCoeff() > 0)) return;
   BlockField field = body.inner.field;
   CavityOptions options;
-  options.wall_mm = problem.options.wall_mm;
+  options.wall_mm = print_of(problem.plan.spec).wall_mm;
   options.min_cavity_mm3 = problem.options.min_cavity_mm3;
   const Moments built = body.solid + mesh_moments(mesh_cavity(field, body.surface, q, options).mesh);
   record.residual_meshed = goal.constraint_values(built).cwiseAbs().maxCoeff();

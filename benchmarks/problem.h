@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "make/hollow_detail.h"
+#include "make/plan.h"
 #include "rayrep/make/hollow.h"
 #include "rayrep/solve/goals.h"
 #include "rayrep/solve/quadric.h"
@@ -24,25 +24,19 @@ struct Shape {
 /// The checked, scaled solid. @throws Error{input}
 Mesh load(const Shape& shape);
 
-/// Everything the solvers have in common, prepared as `hollow` does it: inner domain, shell, goal, scales and Ipopt's options.
-/// A comparison of solvers is a loop over one Problem.
+/// A plan as `hollow` would carry it out: inner domain, shell, goal, scales and Ipopt's options. A comparison of solvers is a loop
+/// over one Problem.
 struct Problem {
   std::string mesh;
   std::string goal_name;
   int resolution = 0;
   HollowOptions options;
-  std::unique_ptr<detail::Body> body;
-  std::unique_ptr<Goal> goal;
-  InteriorSolver::Setup setup;  ///< the solver is chosen by measure()
-  QuadricSolution exact;        ///< of the same rays: what gaps are measured from
+  detail::Plan plan;      ///< the solver is chosen by measure()
+  QuadricSolution exact;  ///< of the same rays: what gaps are measured from
 };
 
-/// With no waterline: the one hollow_float would find. @throws Error{goal} when there is none
-Problem float_problem(const Shape& shape, const HollowOptions& options, std::optional<double> waterline_mm = {});
-Problem spin_problem(const Shape& shape, const HollowOptions& options, const SpinAxis& axis, const SpinGoal::Weights& weights = {},
-                     bool yoyo = false);
-/// @param target_mm  in the frame of the mesh
-Problem stand_problem(const Shape& shape, const HollowOptions& options, const Eigen::Vector3d& target_mm);
+/// @throws Error{goal} when it cannot be met
+Problem problem_of(const Shape& shape, Spec spec, const HollowOptions& options);
 
 enum class Method { rays_paper, rays, quadric, voxels, octree };
 std::string name(Method method);

@@ -22,20 +22,25 @@ namespace {
 const char* const kTop = "lowest";
 const char* const kThroughCentre = "com";
 
-SpinAxis axis_of(const std::string& point) {
-  SpinAxis axis;
-  if (point == kThroughCentre) axis.through = SpinAxis::Through::centre_of_mass;
-  return axis;
+SpinSpec top(const std::string& point) {
+  SpinSpec spec;
+  if (point == kThroughCentre) spec.axis.through = SpinAxis::Through::centre_of_mass;
+  return spec;
 }
 
 /// A thicker wall needs a coarser grid for the cavity: most of the time at small resolutions.
 constexpr double kQuickWall_mm = 2;
 
-HollowOptions at(int resolution, const TableOptions& table) {
+HollowOptions at(int resolution) {
   HollowOptions options;
   options.resolution = resolution;
-  if (table.quick) options.wall_mm = kQuickWall_mm;
   return options;
+}
+
+/// As tables measure it: quick ones with a thicker wall.
+Spec walled(Spec spec, const TableOptions& table) {
+  if (table.quick) std::visit([](auto& s) { s.print.wall_mm = kQuickWall_mm; }, spec);
+  return spec;
 }
 
 // Where Ipopt's barrier stops, see tuned(): the objective may be off by 0.5 % in the papers' tables, by 1e-5 in the table of
@@ -86,7 +91,7 @@ public:
       skipped.goal = problem.goal_name;
       skipped.solver = name(method);
       skipped.resolution = problem.resolution;
-      skipped.intervals = static_cast<long long>(problem.body->inner.rays.intervals.size());
+      skipped.intervals = static_cast<long long>(problem.plan.body->inner.rays.intervals.size());
       skipped.status = "skipped";
       skipped.note = "a coarser one was already too large";
       collector_.add(skipped);
@@ -109,9 +114,9 @@ std::vector<Record> table1(const TableOptions& options) {
     if (!options.meshes.empty() && std::string(row.model) == "Kitten")
       shapes.push_back({options.meshes / "cat.obj", Eigen::Vector3d::UnitY(), 80});
     for (const Shape& shape : shapes) {
-      const HollowOptions hollow = at(options.quick ? row.longest / 4 : row.longest, options);
+      const HollowOptions hollow = at(options.quick ? row.longest / 4 : row.longest);
       try {
-        const Problem problem = spin ? spin_problem(shape, hollow, axis_of(kTop)) : float_problem(shape, hollow);
+        const Problem problem = problem_of(shape, walled(spin ? Spec(top(kTop)) : Spec(FloatSpec{}), options), hollow);
         Series series(collector, limits_of(options));
         series.measure_next(problem, spin ? std::vector{Method::rays_paper, Method::rays, Method::quadric}
                                           : std::vector{Method::rays_paper, Method::quadric});
@@ -144,7 +149,7 @@ std::vector<Record> table2(const TableOptions& options) {
   std::map<std::string, Series> series;
   for (const auto& [n, stand_in] : wanted)
     series.try_emplace(stand_in, collector, limits_of(options))
-        .first->second.measure_next(spin_problem({options.examples / stand_in}, at(n, options), axis_of(kTop)),
+        .first->second.measure_next(problem_of({options.examples / stand_in}, walled(top(kTop), options), at(n)),
                                     {Method::quadric, Method::rays_paper, Method::rays, Method::octree, Method::voxels});
   return collector.take();
 }
@@ -155,15 +160,16 @@ Record blank(const Problem& problem, const std::string& solver) {
   r.goal = problem.goal_name;
   r.solver = solver;
   r.resolution = problem.resolution;
-  r.intervals = static_cast<long long>(problem.body->inner.rays.intervals.size());
+  r.intervals = static_cast<long long>(problem.plan.body->inner.rays.intervals.size());
   return r;
 }
 
 /// One problem, each method with its own knob from coarse to fine: what accuracy costs.
 std::vector<Record> trace(const TableOptions& options) {
   Collector collector("trace", options);
-  const Problem p = spin_problem({options.examples / "tilted_ellipsoid.stl"}, at(options.quick ? 24 : 64, options), axis_of(kTop));
-  const detail::Body& body = *p.body;
+  const Problem p =
+      problem_of({options.examples / "tilted_ellipsoid.stl"}, walled(top(kTop), options), at(options.quick ? 24 : 64));
+  const detail::Body& body = *p.plan.body;
   const Limits limits = limits_of(options);
   const InteriorSolver::Setup fine = tuned(p, 1e-7);
 
@@ -181,7 +187,7 @@ std::vector<Record> trace(const TableOptions& options) {
     Moments q = Moments::Zero();
     repeat(limits, r, [&] {
       const VoxelInterior interior(body.inner.rays, k);
-      const InteriorNlp nlp(*p.goal, interior, body.shell, fine.scale, fine.start_fill);
+      const InteriorNlp nlp(p.plan.goal, interior, body.shell, fine.scale, fine.start_fill);
       SolveOptions solve = fine.options;
       solve.probing = true;
       report = solve_ipopt(nlp, solve);
@@ -200,10 +206,11 @@ std::vector<Record> trace(const TableOptions& options) {
     Record r = blank(p, name(Method::octree) + ", " + std::to_string(rounds) + (rounds == 1 ? " round" : " rounds"));
     OctreeOptions octree;
     octree.max_rounds = rounds;
+    octree.scale = p.plan.setup.scale;
     octree.start_fill = fine.start_fill;
     octree.solve = fine.options;
     OctreeReport report;
-    repeat(limits, r, [&] { report = solve_octree(*p.goal, body.inner.rays, body.shell, p.setup.scale, octree); });
+    repeat(limits, r, [&] { report = solve_octree(p.plan.goal, body.inner.rays, body.shell, octree); });
     r.iterations = report.iterations;
     r.variables = report.solve.variables;
     // Stopped at the number of rounds asked for is what is measured here.
@@ -281,25 +288,37 @@ Eigen::Vector3d vector_of(const nlohmann::json& json) {
   return {v[0], v[1], v[2]};
 }
 
-Problem problem_of(const Task& task, const HollowOptions& hollow, const nlohmann::json& goal) {
-  if (task.goal == "float") return float_problem(task.shape, hollow, goal.at("waterline_mm").get<double>());
-  if (task.goal == "stand") return stand_problem(task.shape, hollow, vector_of(goal.at("target_mm")));
-  return spin_problem(task.shape, hollow, axis_of(task.point), {}, task.goal == "yo-yo");
+Spec spec_of(const Task& task, const nlohmann::json& goal) {
+  if (task.goal == "float") {
+    FloatSpec spec;
+    spec.waterline_mm = goal.at("waterline_mm").get<double>();
+    return spec;
+  }
+  if (task.goal == "stand") {
+    StandSpec spec;
+    spec.target_mm = vector_of(goal.at("target_mm"));
+    return spec;
+  }
+  SpinSpec spec = top(task.point);
+  spec.yoyo = task.goal == "yo-yo";
+  if (spec.yoyo) spec.axis = {};
+  return spec;
 }
 
 /// The global optimum of a spin problem, proven on its rays.
 Record certificate(const Problem& p, bool yoyo, const Limits& limits) {
   Record r = blank(p, kCertificate);
-  const SpinGoal::Weights weights;
-  const CertifiedSpin spin{weights.lambda, weights.gamma_i, yoyo, p.setup.scale.volume_mm3, p.setup.scale.length_mm};
-  const Eigen::AlignedBox3d box = bounding_box(p.body->working);
+  const SpinWeights weights = detail::weights_of(SpinSpec{});
+  const CertifiedSpin spin{weights.lambda, weights.gamma_i, yoyo, p.plan.setup.scale.volume_mm3, p.plan.setup.scale.length_mm};
+  const Eigen::AlignedBox3d box = bounding_box(p.plan.body->working);
   SpinCertificate found;
   try {
     repeat(limits, r, [&] {
       const double begin = now_s();
       Progress progress;
       progress.cancelled = [&] { return now_s() - begin > limits.cap_s; };
-      found = certify_spin(spin, *p.body->integrals, p.body->shell, {box.min().z(), box.max().z()}, {}, progress);
+      found =
+          certify_spin(spin, *p.plan.body->integrals, p.plan.body->shell, {.heights = {box.min().z(), box.max().z()}}, progress);
     });
   } catch (const Error& error) {
     if (error.code() != ErrorCode::interrupted) throw;
@@ -326,9 +345,9 @@ std::vector<Record> quality(const TableOptions& options) {
       whole.resolution = n;
       collector.add(whole);
       if (last.report.is_null()) continue;
-      const Problem problem = problem_of(task, at(n, options), last.report.at("goal"));
+      const Problem problem = problem_of(task.shape, walled(spec_of(task, last.report.at("goal")), options), at(n));
       // Where the goal is linear in every ray's mass, Eq. 11 of the paper leaves nothing out.
-      const bool segments = problem.setup.segments;
+      const bool segments = problem.plan.setup.segments;
       const InteriorSolver::Setup setup = tuned(problem, kBarrierForQuality);
       for (const Method method : segments ? std::vector{Method::rays_paper, Method::rays, Method::quadric}
                                           : std::vector{Method::rays_paper, Method::quadric}) {

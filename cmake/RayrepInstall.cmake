@@ -17,6 +17,6 @@ if(RAYREP_BUILD_TOOLS)
   # Only matters for a shared librayrep.
   set_target_properties(rayrep_tool PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}")
   install(TARGETS rayrep_tool)
-  install(FILES docs/rayrep.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+  install(FILES ${PROJECT_BINARY_DIR}/rayrep.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 endif()
 install(FILES LICENSE CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -171,19 +171,19 @@ inline RayBody random_body(Random& random, int across) {
 
 enum class Kind { floating, spin_largest, spin_smallest, spin_it, yoyo, standing };
 
-inline std::unique_ptr<Goal> random_goal(Random& random, Kind kind, const RayBody& body) {
+inline Goal random_goal(Random& random, Kind kind, const RayBody& body) {
   const Moments solid = body.solid();
   const double volume = solid[M1];
   const auto near_the_centre = [&]() -> Eigen::Vector2d {
     return solid.segment<2>(MX) / volume + random.in_box(3 * random.uniform()).head<2>();
   };
-  const auto spin = [&](const SpinGoal::Weights& weights, bool largest, bool yoyo) {
-    return std::make_unique<SpinGoal>(weights, largest, yoyo, volume, body.length_mm);
+  const auto spin = [&](const SpinWeights& weights, bool largest, bool yoyo) {
+    return spin_goal(weights, largest, yoyo, volume, body.length_mm);
   };
   switch (kind) {
     case Kind::floating: {
       const double fill = random.uniform();
-      return std::make_unique<FloatGoal>((1 - fill) * body.shell[M1] + fill * volume, near_the_centre(), body.length_mm);
+      return float_goal((1 - fill) * body.shell[M1] + fill * volume, near_the_centre(), body.length_mm);
     }
     case Kind::spin_largest:
       return spin({.lambda = random.uniform(), .gamma_c = 0, .gamma_i = 1}, true, false);
@@ -194,9 +194,9 @@ inline std::unique_ptr<Goal> random_goal(Random& random, Kind kind, const RayBod
     case Kind::yoyo:
       return spin({.lambda = 0, .gamma_c = 0, .gamma_i = 1}, true, true);
     case Kind::standing:
-      return std::make_unique<StandGoal>(near_the_centre(), volume, body.length_mm);
+      return stand_goal(near_the_centre(), volume, body.length_mm);
   }
-  return nullptr;
+  return {};
 }
 
 }  // namespace rayrep::test

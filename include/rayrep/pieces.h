@@ -24,6 +24,7 @@
 #include "rayrep/solve/nlp.h"             // goal and interior as a nonlinear programme
 #include "rayrep/solve/solve.h"           // by Ipopt
 #include "rayrep/solve/solve_octree.h"    // split and merge
+#include "rayrep/solve/solve_target.h"    // targets, with weights that converge
 
 #include "rayrep/make/waterline.h"        // which waterlines can be met
 #include "rayrep/make/cavity.h"           // solution -> mesh of the cavity

@@ -5,17 +5,19 @@
 ///
 ///     const MeshFile file = read_mesh("duck.stl");
 ///     const CheckedMesh duck = require_solid(file.mesh, "duck.stl");
-///     const FloatResult result = hollow_float(duck.mesh, {});
-///     write_mesh("duck_float.stl", result.hollow.delivered);
-///     const FloatVerdict verdict =
-///         verify_float(read_mesh("duck_float.stl").mesh, &duck.mesh, {.waterline_mm = result.waterline_mm});
+///     const HollowResult result = hollow(duck.mesh, FloatSpec{});
+///     write_mesh("duck_float.stl", result.delivery.body());
+///     const Verdict verdict = verify(read_mesh("duck_float.stl").mesh, &duck.mesh, result.spec);
 
 // clang-format off
 #include "rayrep/base/error.h"               // what can go wrong, and exit codes
 #include "rayrep/base/progress.h"            // stages and cancellation
+#include "rayrep/base/setting.h"             // what can be set, with words, units and ranges
+#include "rayrep/base/figure.h"              // what is found out, likewise
 
 #include "rayrep/mesh/mesh.h"                // triangles
 #include "rayrep/mesh/mesh_check.h"          // defects; the union of overlapping components
+#include "rayrep/mesh/delivery.h"            // what is made: meshes with their roles
 
 #include "rayrep/io/mesh_io.h"               // STL, OBJ, PLY, OFF, 3MF
 
@@ -25,10 +27,12 @@
 #include "rayrep/physics/spin.h"             // which axis, and at which speeds a spin is stable
 #include "rayrep/physics/support_polygon.h"  // contact with the ground, tipping angles
 #include "rayrep/physics/materials.h"        // densities
+#include "rayrep/physics/spin_axis.h"        // through which point a body spins
+#include "rayrep/physics/spec.h"             // what a body is for
 
 #include "rayrep/make/hollow.h"              // the inside that meets a goal
 
 #include "rayrep/judge/verify.h"             // what a mesh is found to be
 
-#include "rayrep/report/report.h"            // JSON
+#include "rayrep/report/report.h"            // JSON and text
 // clang-format on

@@ -20,7 +20,6 @@ namespace rayrep {
 namespace {
 
 namespace fs = std::filesystem;
-using detail::concat;
 using detail::fail_read;
 using detail::FileBytes;
 

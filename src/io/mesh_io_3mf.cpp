@@ -163,8 +163,8 @@ public:
       fail_read(file_, "",
                 "the build section of the 3MF file places no object. Put an object on the build plate and export again.");
     if (items > 1) result_.notes.push_back(concat("The ", items, " objects on the build plate were joined into one mesh."));
-    if (skipped > 0) result_.notes.push_back(counted(skipped, "object", "objects") + " marked as not printable left out.");
-    if (supports_ > 0) result_.notes.push_back(counted(supports_, "support object", "support objects") + " left out.");
+    if (skipped > 0) result_.notes.push_back(plural(skipped, "object", "objects") + " marked as not printable left out.");
+    if (supports_ > 0) result_.notes.push_back(plural(supports_, "support object", "support objects") + " left out.");
     note_slicer_volumes();
     result_.polygons = result_.mesh.triangles.size();
     return std::move(result_);

@@ -2,14 +2,13 @@
 
 #include <array>
 #include <cstddef>
-#include <locale>
 #include <span>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "base/text.h"
 #include "rayrep/io/mesh_io.h"
 
 /// What the format readers and writers of mesh_io share. Private to src/mesh_io*.cpp, its test and its fuzzer.
@@ -20,15 +19,6 @@ struct FileBytes {
   std::string_view bytes;
   std::string name;
 };
-
-/// The arguments printed one after the other, in the "C" locale.
-template <class... Parts>
-std::string concat(const Parts&... parts) {
-  std::ostringstream out;
-  out.imbue(std::locale::classic());
-  (out << ... << parts);
-  return out.str();
-}
 
 /// Throws Error{input}: "Cannot read <name>, <where>: <what>"; `where` may be empty.
 [[noreturn]] void fail_read(const FileBytes& file, const std::string& where, const std::string& what);
@@ -51,17 +41,6 @@ std::string encode_stl(const Mesh& mesh);
 std::string encode_obj(const Mesh& mesh);
 std::string encode_ply(const Mesh& mesh);
 std::string encode_3mf(const Mesh& mesh);
-
-/// Parses all of `text` as a decimal number: optional sign (also +), fraction, exponent, "nan" or "inf" in any case.
-/// Numbers too large or too small for a double become +-inf or +-0. Independent of the locale.
-bool parse_number(std::string_view text, double& value);
-
-/// Parses all of `text` as a decimal integer that fits a long long.
-bool parse_integer(std::string_view text, long long& value);
-
-/// Appends the shortest decimal text that reads back as exactly `value`.
-void append_number(std::string& text, double value);
-void append_number(std::string& text, long long value);
 
 /// The line, counted from 1, that holds the byte at `offset`. Takes time in `offset`.
 std::size_t line_of(std::string_view bytes, std::size_t offset);
@@ -117,8 +96,5 @@ void append_triangulated(std::span<const int> polygon, Mesh& mesh);
 
 /// The soup as triangles, with `polygons` and a note about dropped faces filled in.
 MeshFile triangulated(const FileBytes& file, PolygonSoup&& soup, std::string format);
-
-/// "3 <plural>", or "1 <singular>".
-std::string counted(std::size_t count, std::string_view singular, std::string_view plural);
 
 }  // namespace rayrep::detail

@@ -79,10 +79,10 @@ MeshFile read_obj(const FileBytes& file) {
                      ". It is damaged or cut off; export it again."));
   MeshFile result = triangulated(file, std::move(soup), "OBJ");
   if (free_form > 0)
-    result.notes.push_back(counted(free_form, "free-form curve or surface was", "free-form curves or surfaces were") +
+    result.notes.push_back(plural(free_form, "free-form curve or surface was", "free-form curves or surfaces were") +
                            " ignored: only polygons are read.");
   if (unknown_lines > 0)
-    result.notes.push_back(concat(counted(unknown_lines, "line was", "lines were"),
+    result.notes.push_back(concat(plural(unknown_lines, "line was", "lines were"),
                                   " not understood and ignored, the first is line ", first_unknown, "."));
   return result;
 }

@@ -318,7 +318,7 @@ MeshFile read_body(const FileBytes& file, const Header& header, Values values) {
   for (const auto& element : header.elements) reader.read(element, vertex_count);
   const std::size_t extra = reader.left_over();
   MeshFile result = triangulated(file, std::move(reader.soup()), header.encoding == Encoding::ascii ? "PLY ASCII" : "PLY binary");
-  if (extra > 0) result.notes.push_back(concat("Ignored ", counted(extra, "byte", "bytes"), " after the last element."));
+  if (extra > 0) result.notes.push_back(concat("Ignored ", plural(extra, "byte", "bytes"), " after the last element."));
   return result;
 }
 

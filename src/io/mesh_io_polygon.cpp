@@ -153,7 +153,7 @@ MeshFile triangulated(const FileBytes& file, PolygonSoup&& soup, std::string for
     append_triangulated(polygon, result.mesh);
   }
   if (soup.dropped > 0)
-    result.notes.push_back(counted(soup.dropped, "face of fewer than three corners was", "faces of fewer than three corners were") +
+    result.notes.push_back(plural(soup.dropped, "face of fewer than three corners was", "faces of fewer than three corners were") +
                            " ignored.");
   return result;
 }

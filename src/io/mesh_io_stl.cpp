@@ -64,8 +64,7 @@ MeshFile read_binary(const FileBytes& file) {
     append_corner_triangle(mesh);
   }
   if (const std::size_t extra = body - announced * kTriangleBytes)
-    result.notes.push_back(
-        concat("Ignored ", counted(extra, "byte", "bytes"), " after the last of the ", announced, " triangles."));
+    result.notes.push_back(concat("Ignored ", plural(extra, "byte", "bytes"), " after the last of the ", announced, " triangles."));
   return result;
 }
 

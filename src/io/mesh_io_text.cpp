@@ -1,5 +1,3 @@
-#include <charconv>
-
 #include "io/mesh_io_detail.h"
 #include "rayrep/base/error.h"
 
@@ -9,51 +7,10 @@ namespace {
 bool is_line_end(char c) { return c == '\n' || c == '\r'; }
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
 
-std::string_view without_plus(std::string_view text) {
-  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
-  return text;
-}
-
-template <class Number>
-bool parse_whole(std::string_view text, Number& value, std::errc& problem) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  problem = error;
-  return error != std::errc::invalid_argument && end == text.data() + text.size();
-}
-
 }  // namespace
 
 void fail_read(const FileBytes& file, const std::string& where, const std::string& what) {
   throw Error(ErrorCode::input, concat("Cannot read '", file.name, "'", where.empty() ? "" : ", ", where, ": ", what));
-}
-
-bool parse_number(std::string_view text, double& value) {
-  text = without_plus(text);
-  std::errc problem;
-  if (!parse_whole(text, value, problem)) return false;
-  if (problem != std::errc::result_out_of_range) return true;
-  // Outside double's range: long double still tells too large (inf) from too small (0).
-  long double wide = 0;
-  if (!parse_whole(text, wide, problem) || problem != std::errc()) return false;
-  value = static_cast<double>(wide);
-  return true;
-}
-
-bool parse_integer(std::string_view text, long long& value) {
-  std::errc problem;
-  return parse_whole(without_plus(text), value, problem) && problem == std::errc();
-}
-
-void append_number(std::string& text, double value) {
-  char buffer[32];
-  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
-  text.append(buffer, end);
-}
-
-void append_number(std::string& text, long long value) {
-  char buffer[24];
-  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
-  text.append(buffer, end);
 }
 
 std::size_t line_of(std::string_view bytes, std::size_t offset) {
@@ -68,10 +25,6 @@ std::string lower_case(std::string_view text) {
   for (char& c : result)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   return result;
-}
-
-std::string counted(std::size_t count, std::string_view singular, std::string_view plural) {
-  return concat(count, " ", count == 1 ? singular : plural);
 }
 
 TextScanner::TextScanner(const FileBytes& file, std::size_t offset) : file_(file), position_(offset), word_start_(offset) {}

@@ -10,6 +10,8 @@
 #include <numbers>
 #include <vector>
 
+#include "base/text.h"
+#include "judge/figures.h"
 #include "judge/verify_detail.h"
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/mesh_check.h"
@@ -24,7 +26,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // The largest angle to `up` at which the body comes to rest after releases tilted in several directions; pi if it sinks or never
 // rests.
 double settled_tilt(const Mesh& hull, const MassProperties& body, const Eigen::Vector3d& up, double fluid_g_cm3,
-                    const FloatLimits& limits, const Progress& progress) {
+                    const Limits& limits, const Progress& progress) {
   const Eigen::Vector3d side = up.unitOrthogonal();
   FloatingRestOptions options;
   options.fluid_g_cm3 = fluid_g_cm3;
@@ -45,38 +47,93 @@ double settled_tilt(const Mesh& hull, const MassProperties& body, const Eigen::V
   return tilts.empty() ? 0 : *std::max_element(tilts.begin(), tilts.end());
 }
 
-void check_goal(const FloatGoalSpec& goal) {
-  if (!goal.up.allFinite() || !(goal.up.norm() > 0) || !std::isfinite(goal.waterline_mm) || !(goal.fluid_g_cm3 > 0) ||
-      !(goal.density_g_cm3 > 0) || !(goal.wall_mm >= 0))
-    throw Error(
-        ErrorCode::usage,
-        "The goal makes no sense: up must be a direction, the waterline a number of mm, both densities positive and the wall not "
-        "negative.");
-}
-
 // @param body   the whole mesh, vertices merged
 // @param outer  of these, what can bound the fluid; sealed cavities are left out here
 // @param closed whether the winding number of `body` means anything
-FloatState state_of(const Mesh& body, const Mesh& outer, bool closed, const FloatGoalSpec& goal, const FloatLimits& limits,
-                    bool settle, const Progress& progress) {
-  const Eigen::Vector3d up = goal.up.normalized();
+FloatState state_of(const Mesh& body, const Mesh& outer, bool closed, const FloatSpec& spec, const Limits& limits, bool settle,
+                    const Progress& progress) {
+  const Eigen::Vector3d up = spec.up.normalized();
   const Mesh material = material_of(body, closed, progress);
   FloatState state;
-  state.body = mass_properties_of(material, goal.density_g_cm3);
+  state.body = mass_properties_of(material, spec.print.density_g_cm3);
 
   // Cavities go before the union is taken: shells are whole only as long as nothing has been cut.
   Mesh hull = outer_hull(outer);
   if (closed && material.triangles != body.triangles) hull = outer_hull(boundary_of_union(hull, progress));
-  const Waterplane plane{up, lowest_along(body, up) + goal.waterline_mm};
+  const Waterplane plane{up, lowest_along(body, up) + *spec.waterline_mm};
   state.water = hydrostatics(hull, plane);
-  state.displaced_mass_g = goal.fluid_g_cm3 * 1e-3 * state.water.displaced_volume_mm3;
+  state.displaced_mass_g = spec.fluid_g_cm3 * 1e-3 * state.water.displaced_volume_mm3;
   state.mass_error =
       state.displaced_mass_g > 0 ? std::abs(state.body.mass_g - state.displaced_mass_g) / state.displaced_mass_g : kInfinity;
   const Eigen::Vector3d arm = state.body.centre_of_mass_mm - state.water.centre_of_buoyancy_mm;
   state.horizontal_offset_mm = (arm - up.dot(arm) * up).norm();
   state.metacentric_height_mm = state.water.metacentric_radius_mm() - up.dot(arm);
-  if (settle) state.settled_tilt_rad = settled_tilt(hull, state.body, up, goal.fluid_g_cm3, limits, progress);
+  if (settle) state.settled_tilt_rad = settled_tilt(hull, state.body, up, spec.fluid_g_cm3, limits, progress);
   return state;
+}
+
+// The spec with its waterline filled in: of a fraction of the height, or where the body displaces its own mass.
+// @param mesh  vertices merged
+FloatSpec at_its_waterline(const Mesh& mesh, bool closed, FloatSpec spec, const Progress& progress) {
+  if (spec.waterline_mm) return spec;
+  const Mesh standing = transformed(mesh, working_frame(mesh, spec.up));
+  if (spec.submerged_fraction) {
+    spec.waterline_mm = *spec.submerged_fraction * bounding_box(standing).sizes().z();
+    spec.submerged_fraction.reset();
+    return spec;
+  }
+  if (!closed)
+    throw Error(ErrorCode::input,
+                "The surface is not closed, so that there is no waterline at which it displaces its own mass: name one "
+                "(--waterline), or repair the mesh.");
+  const Mesh hull = boundary_of_union(outer_hull(standing), progress);
+  const double displaced_mm3 =
+      mesh_moments(boundary_of_union(standing, progress))[M1] * spec.print.density_g_cm3 / spec.fluid_g_cm3;
+  spec.waterline_mm = waterline_for_volume(hull, Eigen::Vector3d::UnitZ(), displaced_mm3);
+  return spec;
+}
+
+Figures figures_of(const FloatState& state, const FloatSpec& spec) {
+  const Eigen::Vector3d up = spec.up.normalized();
+  Figures figures = body_figures(state.body, "mass");
+  const auto add = [&figures](Figure figure) { figures.push_back(std::move(figure)); };
+  add({.name = "displaced_mass_g", .words = "displaced at the waterline", .unit = Unit::g, .value = state.displaced_mass_g});
+  add({.name = "mass_error", .words = "", .value = state.mass_error});
+  add({.name = "centre_of_buoyancy_mm", .words = "", .unit = Unit::mm, .value = list(state.water.centre_of_buoyancy_mm)});
+  add({.name = "centre_of_mass_above_buoyancy_mm",
+       .words = "centre of mass above centre of buoyancy",
+       .unit = Unit::mm,
+       .value = up.dot(state.body.centre_of_mass_mm - state.water.centre_of_buoyancy_mm)});
+  add({.name = "waterplane_area_mm2", .words = "", .unit = Unit::mm2, .value = state.water.waterplane_area_mm2});
+  add({.name = "waterplane_smallest_second_moment_mm4",
+       .words = "",
+       .unit = Unit::mm4,
+       .value = state.water.smallest_second_moment_mm4});
+  add({.name = "horizontal_offset_mm",
+       .words = "horizontal offset between the two",
+       .unit = Unit::mm,
+       .value = state.horizontal_offset_mm,
+       .digits = 5});
+  add({.name = "metacentric_height_mm", .words = "metacentric height", .unit = Unit::mm, .value = state.metacentric_height_mm});
+  Figure settled{.name = "settled_tilt_rad", .words = "settles at a tilt of", .unit = Unit::rad, .value = {}, .none = "sinks"};
+  if (state.settled_tilt_rad < std::numbers::pi) settled.value = state.settled_tilt_rad;
+  add(settled);
+  return figures;
+}
+
+void describe(FloatVerdict& verdict) {
+  const FloatSpec& spec = verdict.spec;
+  verdict.goal = FloatSpec::kGoal;
+  verdict.body = verdict.state.body;
+  verdict.figures = figures_of(verdict.state, spec);
+  verdict.headline = "waterline " + number(*spec.waterline_mm, 3) + " mm above the lowest point" +
+                     (spec.waterline_searched ? " (found: the largest metacentric height)" : "") + ", fluid " +
+                     shown(spec.fluid_g_cm3) + " g/cm3, " + print_words(spec.print);
+  verdict.wanted = {{.name = "up", .words = "", .value = list(spec.up)},
+                    {.name = "waterline_mm", .words = "", .unit = Unit::mm, .value = *spec.waterline_mm},
+                    {.name = "waterline_searched", .words = "", .value = spec.waterline_searched},
+                    {.name = "fluid_g_cm3", .words = "", .unit = Unit::g_cm3, .value = spec.fluid_g_cm3}};
+  add_print(spec.print, verdict.wanted);
 }
 
 }  // namespace
@@ -85,20 +142,22 @@ bool Verdict::pass() const {
   return std::all_of(criteria.begin(), criteria.end(), [](const Criterion& c) { return c.pass(); });
 }
 
-FloatState float_state(const Mesh& mesh, const FloatGoalSpec& goal, const FloatLimits& limits, bool settle,
-                       const Progress& progress) {
-  check_goal(goal);
+FloatState float_state(const Mesh& mesh, const FloatSpec& spec, const Limits& limits, bool settle, const Progress& progress) {
+  check(spec, Setting::For::judging);
   const Mesh merged = merged_mesh(mesh);
-  return state_of(merged, merged, unbalanced_edges(merged) == 0, goal, limits, settle, progress);
+  const bool closed = unbalanced_edges(merged) == 0;
+  return state_of(merged, merged, closed, at_its_waterline(merged, closed, spec, progress), limits, settle, progress);
 }
 
-FloatVerdict verify_float(const Mesh& delivered, const Mesh* original, const FloatGoalSpec& goal, const FloatLimits& limits,
-                          const Progress& progress) {
-  check_goal(goal);
+FloatVerdict verify(const Mesh& delivered, const Mesh* original, const FloatSpec& spec, const Limits& limits,
+                    const Progress& progress) {
+  check(spec, Setting::For::judging);
   FloatVerdict verdict;
   const Surface surface = judge_surface(delivered, original, progress, verdict);
-  verdict.state = state_of(surface.mesh, surface.outer, Surface::closed(verdict), goal, limits, true, progress);
-  add_surface_criteria(surface, original != nullptr, goal.wall_mm, limits.wall_ratio, verdict);
+  const bool closed = Surface::closed(verdict);
+  verdict.spec = at_its_waterline(surface.mesh, closed, spec, progress);
+  verdict.state = state_of(surface.mesh, surface.outer, closed, verdict.spec, limits, true, progress);
+  add_surface_criteria(surface, original != nullptr, spec.print.wall_mm, limits.wall_ratio, verdict);
 
   const FloatState& state = verdict.state;
   const double diagonal = surface.diagonal_mm;
@@ -113,7 +172,20 @@ FloatVerdict verify_float(const Mesh& delivered, const Mesh* original, const Flo
       at_least("metacentric_height", "metacentre above centre of mass, mm", state.metacentric_height_mm, 1e-4 * diagonal));
   criteria.push_back(
       at_most("settled_tilt", "largest tilt at rest after tilted releases, rad", state.settled_tilt_rad, limits.settled_tilt_rad));
+  describe(verdict);
   return verdict;
+}
+
+Figures state_figures(const Mesh& mesh, const FloatSpec& spec, const Limits& limits, const Progress& progress) {
+  return figures_of(float_state(mesh, spec, limits, true, progress), spec);
+}
+
+Verdict verify(const Mesh& delivered, const Mesh* original, const Spec& spec, const Limits& limits, const Progress& progress) {
+  return std::visit([&](const auto& s) -> Verdict { return verify(delivered, original, s, limits, progress); }, spec);
+}
+
+Figures state_figures(const Mesh& mesh, const Spec& spec, const Limits& limits, const Progress& progress) {
+  return std::visit([&](const auto& s) { return state_figures(mesh, s, limits, progress); }, spec);
 }
 
 }  // namespace rayrep

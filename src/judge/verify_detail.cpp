@@ -11,14 +11,13 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
-#include <map>
-#include <optional>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "base/union_find.h"
 #include "mesh/mesh_edges.h"
+#include "mesh/shells.h"
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/mesh_check.h"
 #include "rayrep/mesh/surface_query.h"
@@ -127,59 +126,6 @@ Mesh part(const Mesh& mesh, const std::vector<int>& triangles) {
   return result;
 }
 
-double signed_volume(const Mesh& mesh, const std::vector<int>& triangles) {
-  const Eigen::Vector3d& reference = mesh.corner(triangles.front(), 0);
-  double volume = 0;
-  for (const int t : triangles)
-    volume += (mesh.corner(t, 0) - reference).dot((mesh.corner(t, 1) - reference).cross(mesh.corner(t, 2) - reference)) / 6;
-  return volume;
-}
-
-// The hits of the vertical line through p, by every triangle where the quick answer does not close.
-void closed_line_hits(const SurfaceQuery& surface, const Eigen::Vector3d& p, std::vector<LineHit>& hits) {
-  surface.line_hits(p.head<2>(), hits);
-  int sum = 0;
-  for (const LineHit& hit : hits) sum += hit.sign;
-  if (sum != 0) line_hits_brute_force(surface.mesh(), p.head<2>(), hits);
-}
-
-// Vertical lines through a mesh. The first few look at every triangle: for them a tree does not pay.
-class Lines {
-public:
-  explicit Lines(const Mesh& mesh) : mesh_(mesh) {}
-
-  void hits(const Eigen::Vector3d& p, std::vector<LineHit>& hits) {
-    if (!surface_ && few_-- > 0) return line_hits_brute_force(mesh_, p.head<2>(), hits);
-    if (!surface_) surface_.emplace(mesh_);
-    closed_line_hits(*surface_, p, hits);
-  }
-
-private:
-  const Mesh& mesh_;
-  int few_ = 16;
-  std::optional<SurfaceQuery> surface_;
-};
-
-// What lies around a point of a shell, the shell itself left aside.
-struct Surroundings {
-  int winding = 0;        // > 0: material
-  bool enclosed = false;  // something goes around it, be it material or a cavity
-};
-
-Surroundings surroundings(Lines& lines, const Shells& all, int shell, const Eigen::Vector3d& p) {
-  std::vector<LineHit> hits;
-  lines.hits(p, hits);
-  std::map<int, int> windings;
-  for (const LineHit& hit : hits)
-    if (const int other = all.of_triangle[hit.triangle]; other != shell && hit.z_mm < p.z()) windings[other] += hit.sign;
-  Surroundings result;
-  for (const auto& [other, winding] : windings) {
-    result.winding += winding;
-    result.enclosed = result.enclosed || winding != 0;
-  }
-  return result;
-}
-
 Shells find_shells(const Mesh& mesh, const std::vector<bool>& known, const Progress& progress) {
   std::vector<int> rest;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -193,19 +139,22 @@ Shells find_shells(const Mesh& mesh, const std::vector<bool>& known, const Progr
     result.shells[components.of_triangle[i]].triangles.push_back(rest[i]);
   }
 
-  Lines lines(mesh);
+  const std::vector<double> volumes = shell_volumes(mesh, result.of_triangle, components.count);
+  ShellNesting nesting(mesh, result.of_triangle);
+  Surroundings around;
   for (int s = 0; s < components.count; ++s) {
     progress.check();
     Shell& shell = result.shells[s];
-    const bool inward = signed_volume(mesh, shell.triangles) < 0;
-    const Surroundings around = surroundings(lines, result, s, mesh.corner(shell.triangles.front(), 0));
-    if (inward) {
+    nesting.around(mesh.corner(shell.triangles.front(), 0), s, around);
+    if (volumes[s] < 0) {
       shell.kind = around.winding > 0 ? ShellKind::cavity : ShellKind::inside_out;
-    } else if (around.enclosed && around.winding <= 0) {
+    } else if (!around.shells.empty() && around.winding <= 0) {
       // A strut that reaches from a cavity into the wall is no island: every vertex must lie in the open.
       const Mesh alone = part(mesh, shell.triangles);
-      const bool free = std::all_of(alone.vertices.begin(), alone.vertices.end(),
-                                    [&](const Eigen::Vector3d& v) { return surroundings(lines, result, s, v).winding <= 0; });
+      const bool free = std::all_of(alone.vertices.begin(), alone.vertices.end(), [&](const Eigen::Vector3d& v) {
+        nesting.around(v, s, around);
+        return around.winding <= 0;
+      });
       shell.kind = free ? ShellKind::island : ShellKind::outer;
     }
   }
@@ -264,11 +213,8 @@ double smallest_wall(const Mesh& cavities, const Mesh& outer, const Progress& pr
     for (std::size_t v = begin; v < end; ++v) {
       if (representative[v] != static_cast<int>(v)) continue;
       const Eigen::Vector3d& p = cavities.vertices[v];
-      closed_line_hits(surface, p, hits);
-      int winding = 0;
-      for (const LineHit& hit : hits)
-        if (hit.z_mm < p.z()) winding += hit.sign;
-      outside[v] = winding <= 0;
+      closed_line_hits(surface, p.head<2>(), hits);
+      outside[v] = winding_below(hits, p.z()) <= 0;
     }
   });
   return smallest_over_blocks(count, nearest, progress, [&](std::size_t begin, std::size_t end, double& smallest) {
@@ -327,11 +273,7 @@ std::size_t unbalanced_edges(const Mesh& mesh) {
       [&](const tbb::blocked_range<int>& range, std::size_t count) {
         std::vector<EdgeUse> uses;
         for (int low = range.begin(); low < range.end(); ++low)
-          for_each_edge_from(mesh, at, low, uses, [&count](auto begin, auto end) {
-            int balance = 0;
-            for (auto use = begin; use != end; ++use) balance += use->direction;
-            count += balance != 0;
-          });
+          for_each_edge_from(mesh, at, low, uses, [&count](auto begin, auto end) { count += edge_balance(begin, end) != 0; });
         return count;
       },
       std::plus<>());

@@ -1,109 +1,210 @@
 #include <Eigen/Geometry>
 #include <cmath>
-#include <sstream>
 
+#include "base/text.h"
+#include "judge/figures.h"
 #include "judge/verify_detail.h"
 #include "physics/spin_simulation.h"
 #include "rayrep/base/error.h"
 #include "rayrep/judge/verify.h"
+#include "rayrep/physics/hydrostatics.h"
 
 namespace rayrep {
 namespace {
 
 using namespace verify_detail;
 
-void check_goal(const SpinGoalSpec& goal) {
-  if (!goal.axis.allFinite() || !(goal.axis.norm() > 0) || !goal.contact_mm.allFinite() || goal.prefer == AxisClass::middle ||
-      !(goal.density_g_cm3 > 0) || !(goal.wall_mm >= 0))
+/// Contact point of a top, centre of a yo-yo, once it has been filled in.
+Eigen::Vector3d place_of(const SpinSpec& spec) { return spec.yoyo ? *spec.centre_mm : spec.axis.point_mm; }
+
+/// The spec with its contact point or centre filled in. The centre of mass that may name it is the solid's: of the original, or of
+/// the mesh with its sealed cavities filled.
+/// @param mesh  vertices merged
+SpinSpec at_its_place(const Mesh& mesh, const Mesh* original, SpinSpec spec, const Progress& progress) {
+  if (spec.yoyo) {
+    if (!spec.centre_mm) spec.centre_mm = bounding_box(mesh).center();
+    return spec;
+  }
+  const bool by_mass = spec.axis.through == SpinAxis::Through::centre_of_mass;
+  if (by_mass && !original && unbalanced_edges(mesh) > 0)
     throw Error(
-        ErrorCode::usage,
-        "The goal makes no sense: the axis must be a direction, the contact point finite, the preferred axis the largest or "
-        "smallest one, the density positive and the wall not negative.");
+        ErrorCode::input,
+        "The surface is not closed, so that it has no centre of mass to spin on: name the contact point (--point X,Y,Z), or "
+        "repair the mesh.");
+  const Mesh solid = !by_mass ? mesh : original ? *original : outer_hull(mesh);
+  spec.axis.point_mm = contact_point(solid, spec.axis, spec.up, progress);
+  spec.axis.through = SpinAxis::Through::point;
+  spec.axis.leaves_below = false;
+  return spec;
 }
 
-SpinState state_of(const Mesh& mesh, bool closed, const SpinGoalSpec& goal, const Progress& progress) {
-  const MassProperties body = mass_properties_of(material_of(mesh, closed, progress), goal.density_g_cm3);
-  return spin_state(body, goal.contact_mm, goal.axis.normalized(), goal.yoyo);
+SpinState state_of(const Mesh& mesh, bool closed, const SpinSpec& spec, const Eigen::Vector3d& contact_mm,
+                   const Progress& progress) {
+  const MassProperties body = mass_properties_of(material_of(mesh, closed, progress), spec.print.density_g_cm3);
+  return spin_state(body, contact_mm, spec.up.normalized(), spec.yoyo);
 }
 
-void add_notes(const SpinVerdict& verdict, const Surface& surface, const SpinGoalSpec& goal, std::vector<std::string>& notes) {
+void add_notes(const SpinVerdict& verdict, const Surface& surface, const SpinSpec& spec, std::vector<std::string>& notes) {
+  const Eigen::Vector3d contact_mm = place_of(spec);
   const AxisClass found = verdict.state.axis_class;
   if (found == AxisClass::middle)
     notes.push_back(
         "The spin axis is the middle one of the three principal axes: at speed the body tumbles however well it is centred.");
-  else if (found != goal.prefer)
+  else if (found != spec.prefer)
     notes.push_back(
         found == AxisClass::smallest
             ? "The spin axis is that of the smallest moment of inertia: it can be stable, but not as the largest would be."
             : "The spin axis is that of the largest moment of inertia, where the smallest was asked for.");
-  if (goal.yoyo) return;
-  const Eigen::Vector3d up = goal.axis.normalized();
-  if (const double below = up.dot(goal.contact_mm) - lowest_along(surface.mesh, up); below > 1e-3 * surface.diagonal_mm) {
-    std::ostringstream text;
-    text.precision(3);
-    text << "The body reaches " << below << " mm below its contact point: it needs a tip at least that long to spin there.";
-    notes.push_back(text.str());
+  if (spec.yoyo) return;
+  const Eigen::Vector3d up = spec.up.normalized();
+  if (const double below = up.dot(contact_mm) - lowest_along(surface.mesh, up); below > 1e-3 * surface.diagonal_mm) {
+    notes.push_back("The body reaches " + shown(below, 3) +
+                    " mm below its contact point: it needs a tip at least that long to spin there.");
   }
 }
 
 /// The largest tilt of the body as it is, off-centre and all, spun in the last of its ranges of stable speed and kicked a little.
-double simulated_tilt(const SpinState& state, const SpinGoalSpec& goal) {
+double simulated_tilt(const SpinState& state, const SpinSpec& spec) {
+  const Eigen::Vector3d contact_mm = place_of(spec);
   constexpr double kick_rad = 1e-3;
   constexpr double beyond_the_end = 1.2;
   const SpeedRange& range = state.sliding.back();
   physics::Spin spin;
-  spin.axis = goal.axis.normalized();
+  spin.axis = spec.up.normalized();
   spin.speed_rad_s = std::isfinite(range.hi_rad_s) ? 0.5 * (range.lo_rad_s + range.hi_rad_s)
                      : range.lo_rad_s > 0          ? beyond_the_end * range.lo_rad_s
                                                    : 10;  // a free body: the speed only sets the unit of time
   spin.kick = kick_rad;
-  const physics::Body body{state.body.mass_g, state.body.inertia_g_mm2, goal.contact_mm - state.body.centre_of_mass_mm};
-  return simulate(body, goal.yoyo ? physics::Support::none : physics::Support::sliding, spin).largest_tilt_rad;
+  const physics::Body body{state.body.mass_g, state.body.inertia_g_mm2, contact_mm - state.body.centre_of_mass_mm};
+  return simulate(body, spec.yoyo ? physics::Support::none : physics::Support::sliding, spin).largest_tilt_rad;
+}
+
+/// "387 to 412, above 498". Ends too near to be told apart in the text count as one: a gap or range of a fraction of a turn is of
+/// no use.
+std::string speeds(const std::vector<SpeedRange>& all) {
+  std::vector<SpeedRange> ranges;
+  for (const SpeedRange& range : all) {
+    if (!ranges.empty() && rpm(range.lo_rad_s) - rpm(ranges.back().hi_rad_s) < 1)
+      ranges.back().hi_rad_s = range.hi_rad_s;
+    else
+      ranges.push_back(range);
+  }
+  std::erase_if(ranges, [](const SpeedRange& range) { return rpm(range.hi_rad_s) - rpm(range.lo_rad_s) < 1; });
+  std::string text;
+  for (const SpeedRange& range : ranges) {
+    text += text.empty() ? "" : ", ";
+    if (!std::isfinite(range.hi_rad_s))
+      text += range.lo_rad_s > 0 ? "above " + number(rpm(range.lo_rad_s), 0) : "any speed";
+    else
+      text += number(rpm(range.lo_rad_s), 0) + " to " + number(rpm(range.hi_rad_s), 0);
+  }
+  return text.empty() ? "none" : text;
+}
+
+/// Off its principal axis a body wobbles at any speed.
+std::string stable_speeds(const SpinState& state, const SpinSpec& spec, const Limits& limits) {
+  if (!(state.axis_angle_rad <= limits.axis_angle_rad)) return "none, it is not balanced about this axis";
+  return speeds(state.sliding) + (spec.yoyo ? "" : " (sliding tip); " + speeds(state.fixed) + " (fixed tip)");
+}
+
+std::vector<Record> records(const std::vector<SpeedRange>& ranges) {
+  std::vector<Record> all;
+  for (const SpeedRange& range : ranges) all.push_back({{"from_rpm", rpm(range.lo_rad_s)}, {"to_rpm", rpm(range.hi_rad_s)}});
+  return all;
+}
+
+Figures figures_of(const SpinState& state, const SpinSpec& spec, const Limits& limits) {
+  Figures figures = body_figures(state.body, "mass");
+  const auto add = [&figures](Figure figure) { figures.push_back(std::move(figure)); };
+  add({.name = "offset_mm", .words = "centre of mass beside the axis", .unit = Unit::mm, .value = state.offset_mm, .digits = 5});
+  add({.name = "height_mm",
+       .words = spec.yoyo ? "" : "centre of mass above the contact",
+       .unit = Unit::mm,
+       .value = state.height_mm});
+  add({.name = "axis_angle_rad",
+       .words = "axis off the nearest principal axis",
+       .unit = Unit::rad,
+       .value = state.axis_angle_rad,
+       .digits = 4});
+  add({.name = "ratio_to_larger_lateral", .words = "Izz over the larger lateral moment", .value = state.ratio_larger, .digits = 4});
+  add({.name = "ratio_to_smaller_lateral",
+       .words = "Izz over the smaller lateral moment",
+       .value = state.ratio_smaller,
+       .digits = 4});
+  add({.name = "axis_class", .words = "the axis is that of the ... moment", .value = std::string(name_of(state.axis_class))});
+  add({.name = "stable_speeds", .words = "stable speeds", .unit = Unit::rpm, .value = stable_speeds(state, spec, limits)});
+  add({.name = "stable_sliding", .words = "", .value = records(state.sliding)});
+  add({.name = "stable_fixed", .words = "", .value = records(state.fixed)});
+  return figures;
+}
+
+void describe(SpinVerdict& verdict, const Limits& limits) {
+  const SpinSpec& spec = verdict.spec;
+  const Eigen::Vector3d place = place_of(spec);
+  verdict.goal = spec.yoyo ? "yo-yo" : SpinSpec::kGoal;
+  verdict.body = verdict.state.body;
+  verdict.figures = figures_of(verdict.state, spec, limits);
+  const Eigen::Vector3d& up = spec.up;
+  if (spec.max_tilt_rad > 0)
+    verdict.headline = "axis along (" + number(up.x(), 5) + ", " + number(up.y(), 5) + ", " + number(up.z(), 5) + "), ";
+  verdict.headline += (spec.yoyo ? "centre at " : "contact at ") + place_words(place) + ", " + print_words(spec.print);
+  verdict.wanted = {{.name = "axis", .words = "", .value = list(up)},
+                    {.name = spec.yoyo ? "centre_mm" : "contact_mm", .words = "", .unit = Unit::mm, .value = list(place)},
+                    {.name = "prefer", .words = "", .value = std::string(name_of(spec.prefer))}};
+  add_print(spec.print, verdict.wanted);
 }
 
 }  // namespace
 
-SpinState spin_state_of(const Mesh& mesh, const SpinGoalSpec& goal, const Progress& progress) {
-  check_goal(goal);
+SpinState spin_state_of(const Mesh& mesh, const SpinSpec& spec, const Progress& progress) {
+  check(spec, Setting::For::judging);
   const Mesh merged = merged_mesh(mesh);
-  return state_of(merged, unbalanced_edges(merged) == 0, goal, progress);
+  const SpinSpec placed = at_its_place(merged, nullptr, spec, progress);
+  return state_of(merged, unbalanced_edges(merged) == 0, placed, place_of(placed), progress);
 }
 
-SpinVerdict verify_spin(const Mesh& delivered, const Mesh* original, const SpinGoalSpec& goal, const SpinLimits& limits,
-                        const Progress& progress) {
-  check_goal(goal);
+SpinVerdict verify(const Mesh& delivered, const Mesh* original, const SpinSpec& spec, const Limits& limits,
+                   const Progress& progress) {
+  check(spec, Setting::For::judging);
   SpinVerdict verdict;
   const Surface surface = judge_surface(delivered, original, progress, verdict);
-  verdict.state = state_of(surface.mesh, Surface::closed(verdict), goal, progress);
-  add_surface_criteria(surface, original != nullptr, goal.wall_mm, limits.wall_ratio, verdict);
+  verdict.spec = at_its_place(surface.mesh, original, spec, progress);
+  const Eigen::Vector3d contact_mm = place_of(verdict.spec);
+  verdict.state = state_of(surface.mesh, Surface::closed(verdict), verdict.spec, contact_mm, progress);
+  add_surface_criteria(surface, original != nullptr, spec.print.wall_mm, limits.wall_ratio, verdict);
 
   const SpinState& state = verdict.state;
   auto& criteria = verdict.criteria;
   criteria.push_back(at_most("offset", "distance of the centre of mass from the axis, over the diagonal",
                              state.offset_mm / surface.diagonal_mm, limits.offset_over_diagonal));
-  if (goal.yoyo)
+  if (spec.yoyo)
     criteria.push_back(at_most("centre", "distance of the centre of mass from the centre, over the diagonal",
-                               (state.body.centre_of_mass_mm - goal.contact_mm).norm() / surface.diagonal_mm,
+                               (state.body.centre_of_mass_mm - contact_mm).norm() / surface.diagonal_mm,
                                limits.offset_over_diagonal));
   criteria.push_back(at_most("axis_angle", "angle between the spin axis and the nearest principal axis, rad", state.axis_angle_rad,
                              limits.axis_angle_rad));
-  if (goal.prefer == AxisClass::largest)
+  if (spec.prefer == AxisClass::largest)
     criteria.push_back(
         at_least("axis_class", "moment about the axis, over the larger lateral one", state.ratio_larger, 1 + limits.class_margin));
   else
     criteria.push_back(
         at_most("axis_class", "moment about the axis, over the smaller lateral one", state.ratio_smaller, 1 - limits.class_margin));
   criteria.push_back(at_least("stable_speeds",
-                              goal.yoyo ? "ranges of speed in which the free body spins stably"
+                              spec.yoyo ? "ranges of speed in which the free body spins stably"
                                         : "ranges of speed in which it spins stably on a sliding tip",
                               static_cast<double>(state.sliding.size()), 1));
   if (!state.sliding.empty()) {
     progress.check();
     criteria.push_back(at_most("simulated_tilt", "largest tilt in 100 turns after a kick of 0.001, simulated, rad",
-                               simulated_tilt(state, goal), limits.simulated_tilt_rad));
+                               simulated_tilt(state, verdict.spec), limits.simulated_tilt_rad));
   }
-  add_notes(verdict, surface, goal, verdict.notes);
+  add_notes(verdict, surface, verdict.spec, verdict.notes);
+  describe(verdict, limits);
   return verdict;
+}
+
+Figures state_figures(const Mesh& mesh, const SpinSpec& spec, const Limits& limits, const Progress& progress) {
+  return figures_of(spin_state_of(mesh, spec, progress), spec, limits);
 }
 
 }  // namespace rayrep

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <string>
 
+#include "base/text.h"
+#include "judge/figures.h"
 #include "judge/verify_detail.h"
 #include "rayrep/base/error.h"
 #include "rayrep/judge/verify.h"
@@ -12,68 +14,94 @@ namespace {
 
 using namespace verify_detail;
 
-void check_goal(const StandGoalSpec& goal) {
-  if (!goal.up.allFinite() || !(goal.up.norm() > 0) || !(goal.density_g_cm3 > 0) || !(goal.wall_mm >= 0) ||
-      (goal.contact_tolerance_mm && !(*goal.contact_tolerance_mm >= 0 && std::isfinite(*goal.contact_tolerance_mm))) ||
-      (goal.target_mm && !goal.target_mm->allFinite()))
-    throw Error(ErrorCode::usage,
-                "The goal makes no sense: up must be a direction, the density positive, the wall and the contact tolerance not "
-                "negative and the target finite.");
-}
-
-// Exact for directions along the axes.
-Eigen::Matrix3d turning_up(const Eigen::Vector3d& up) {
-  const Eigen::Matrix3d R = Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  const Eigen::Matrix3d rounded = R.array().round();
-  return (R - rounded).norm() < 1e-12 ? rounded : R;
-}
-
-StandState state_of(const Mesh& mesh, bool closed, const StandGoalSpec& goal, const Progress& progress) {
+StandState state_of(const Mesh& mesh, bool closed, const StandSpec& spec, const Progress& progress) {
   StandState state;
   const Mesh material = material_of(mesh, closed, progress);
-  state.body = mass_properties_of(material, goal.density_g_cm3);
-  state.to_ground = turning_up(goal.up);
+  state.body = mass_properties_of(material, spec.print.density_g_cm3);
+  state.to_ground = up_to_z(spec.up);
   const Mesh standing = transformed(material, Eigen::Affine3d(state.to_ground));
   const double height_mm = bounding_box(standing).sizes().z();
-  state.polygon = support_polygon(standing, goal.contact_tolerance_mm.value_or(contact_tolerance_mm(height_mm)));
+  state.polygon = support_polygon(standing, spec.contact_tolerance_mm.value_or(contact_tolerance_mm(height_mm)));
 
   const Eigen::Vector3d centre = state.to_ground * state.body.centre_of_mass_mm;
   state.centre_mm = centre.head<2>();
   state.height_mm = centre.z() - state.polygon.ground_mm;
   state.tipping_angles_rad = tipping_angles_rad(state.polygon, centre);
   state.smallest_tipping_angle_rad = *std::min_element(state.tipping_angles_rad.begin(), state.tipping_angles_rad.end());
-  if (goal.target_mm) state.target_offset_mm = (state.centre_mm - (state.to_ground * *goal.target_mm).head<2>()).norm();
+  if (spec.target_mm) state.target_offset_mm = (state.centre_mm - (state.to_ground * *spec.target_mm).head<2>()).norm();
   return state;
+}
+
+Figures figures_of(const StandState& state, const StandSpec& spec) {
+  Figures figures = body_figures(state.body, "mass");
+  const auto add = [&figures](Figure figure) { figures.push_back(std::move(figure)); };
+  std::vector<std::vector<double>> corners;
+  for (const Eigen::Vector2d& corner : state.polygon.corners_mm) corners.push_back(list(corner));
+  add({.name = "support_polygon_mm", .words = "", .unit = Unit::mm, .value = corners});
+  add({.name = "support_area_mm2", .words = "", .unit = Unit::mm2, .value = state.polygon.area_mm2});
+  add({.name = "centre_in_plan_mm", .words = "", .unit = Unit::mm, .value = list(state.centre_mm)});
+  add({.name = "target_offset_mm",
+       .words = spec.target_mm ? "centre of mass beside the target" : "",
+       .unit = Unit::mm,
+       .value = state.target_offset_mm,
+       .digits = 5});
+  add({.name = "height_mm", .words = "centre of mass above the ground", .unit = Unit::mm, .value = state.height_mm});
+  add({.name = "smallest_tipping_angle_rad",
+       .words = "smallest tipping angle",
+       .unit = Unit::rad,
+       .value = state.smallest_tipping_angle_rad});
+  add({.name = "tipping_angles_rad", .words = "  over edge", .unit = Unit::rad, .value = state.tipping_angles_rad});
+  return figures;
+}
+
+void describe(StandVerdict& verdict) {
+  const StandSpec& spec = verdict.spec;
+  const SupportPolygon& polygon = verdict.state.polygon;
+  verdict.goal = StandSpec::kGoal;
+  verdict.body = verdict.state.body;
+  verdict.figures = figures_of(verdict.state, spec);
+  if (spec.target_mm) verdict.headline = "target " + place_words(*spec.target_mm) + ", ";
+  verdict.headline += "support of " + std::to_string(polygon.corners_mm.size()) + " corners and " + number(polygon.area_mm2, 1) +
+                      " mm2, " + print_words(spec.print);
+  verdict.wanted = {{.name = "up", .words = "", .value = list(spec.up)},
+                    {.name = "target_mm", .words = "", .unit = Unit::mm, .value = value_or_none(spec.target_mm)}};
+  add_print(spec.print, verdict.wanted);
 }
 
 }  // namespace
 
-StandState stand_state_of(const Mesh& mesh, const StandGoalSpec& goal, const Progress& progress) {
-  check_goal(goal);
+StandState stand_state_of(const Mesh& mesh, const StandSpec& spec, const Progress& progress) {
+  check(spec, Setting::For::judging);
   const Mesh merged = merged_mesh(mesh);
-  return state_of(merged, unbalanced_edges(merged) == 0, goal, progress);
+  return state_of(merged, unbalanced_edges(merged) == 0, spec, progress);
 }
 
-StandVerdict verify_stand(const Mesh& delivered, const Mesh* original, const StandGoalSpec& goal, const StandLimits& limits,
-                          const Progress& progress) {
-  check_goal(goal);
+StandVerdict verify(const Mesh& delivered, const Mesh* original, const StandSpec& spec, const Limits& limits,
+                    const Progress& progress) {
+  check(spec, Setting::For::judging);
   StandVerdict verdict;
+  verdict.spec = spec;
   const Surface surface = judge_surface(delivered, original, progress, verdict);
-  verdict.state = state_of(surface.mesh, Surface::closed(verdict), goal, progress);
-  add_surface_criteria(surface, original != nullptr, goal.wall_mm, limits.wall_ratio, verdict);
+  verdict.state = state_of(surface.mesh, Surface::closed(verdict), spec, progress);
+  add_surface_criteria(surface, original != nullptr, spec.print.wall_mm, limits.wall_ratio, verdict);
 
   const StandState& state = verdict.state;
   const std::size_t corners = state.polygon.corners_mm.size();
   auto& criteria = verdict.criteria;
   criteria.push_back(at_least("supported", "corners of the support polygon", static_cast<double>(corners), 3));
   criteria.push_back(at_least("inside", "smallest tipping angle, rad", state.smallest_tipping_angle_rad, limits.tipping_angle_rad));
-  if (goal.target_mm)
+  if (spec.target_mm)
     criteria.push_back(at_most("offset", "horizontal distance of the centre of mass from the target, over the diagonal",
                                state.target_offset_mm / surface.diagonal_mm, limits.offset_over_diagonal));
   if (corners < 3)
     verdict.notes.push_back(std::string("The body touches the ground only in ") + (corners == 1 ? "a point" : "an edge") +
                             ": it cannot stand there, wherever its centre of mass lies.");
+  describe(verdict);
   return verdict;
+}
+
+Figures state_figures(const Mesh& mesh, const StandSpec& spec, const Limits&, const Progress& progress) {
+  return figures_of(stand_state_of(mesh, spec, progress), spec);
 }
 
 }  // namespace rayrep

@@ -1,5 +1,7 @@
 #include <cmath>
 
+#include "base/text.h"
+#include "judge/figures.h"
 #include "judge/verify_detail.h"
 #include "rayrep/base/error.h"
 #include "rayrep/judge/verify.h"
@@ -9,26 +11,10 @@ namespace {
 
 using namespace verify_detail;
 
-void check_goal(const TargetGoalSpec& goal) {
-  bool sound = goal.density_g_cm3 > 0 && goal.wall_mm >= 0;
-  bool any = false;
-  for (int k = M1; k <= MXZ; ++k) {
-    const std::optional<double>& wanted = goal.wanted[static_cast<std::size_t>(k)];
-    if (!wanted) continue;
-    any = true;
-    const bool must_be_positive = k == M1 || (k >= MXX && k <= MZZ);
-    sound = sound && std::isfinite(*wanted) && (*wanted > 0 || !must_be_positive);
-  }
-  if (!sound || !any)
-    throw Error(ErrorCode::usage,
-                "The goal makes no sense: at least one number must be wanted, all of them finite, mass, moments of inertia and "
-                "density positive and the wall not negative.");
-}
-
-TargetState state_of(const Mesh& mesh, bool closed, double diagonal_mm, const TargetGoalSpec& goal, const Progress& progress) {
+TargetState state_of(const Mesh& mesh, bool closed, double diagonal_mm, const TargetSpec& spec, const Progress& progress) {
   TargetState state;
-  state.body = mass_properties_of(material_of(mesh, closed, progress), goal.density_g_cm3);
-  state.deviations = inertial_deviations(goal.wanted, state.body, diagonal_mm);
+  state.body = mass_properties_of(material_of(mesh, closed, progress), spec.print.density_g_cm3);
+  state.deviations = inertial_deviations(spec.wanted, state.body, diagonal_mm);
   return state;
 }
 
@@ -41,24 +27,63 @@ std::string description(MomentIndex number) {
   return entry + " off the wanted one, over the mean of the two moments";
 }
 
-}  // namespace
-
-TargetState target_state_of(const Mesh& mesh, const TargetGoalSpec& goal, const Progress& progress) {
-  check_goal(goal);
-  const Mesh merged = merged_mesh(mesh);
-  return state_of(merged, unbalanced_edges(merged) == 0, bounding_box(merged).diagonal().norm(), goal, progress);
+Record by_name(const std::vector<InertialDeviation>& deviations, double InertialDeviation::*member) {
+  Record record;
+  for (const InertialDeviation& d : deviations) record.emplace_back(inertial_name(d.number), d.*member);
+  return record;
 }
 
-TargetVerdict verify_target(const Mesh& delivered, const Mesh* original, const TargetGoalSpec& goal, const TargetLimits& limits,
-                            const Progress& progress) {
-  check_goal(goal);
+Figures figures_of(const TargetState& state, const TargetSpec& spec) {
+  Figures figures = body_figures(state.body, "");
+  for (int k = M1; k <= MXZ; ++k) {
+    const auto number = static_cast<MomentIndex>(k);
+    const std::optional<double>& wanted = spec.wanted[static_cast<std::size_t>(k)];
+    const std::string unit = k == M1 ? ", g" : k <= MZ ? ", mm" : ", g mm2";
+    figures.push_back({.name = inertial_name(number),
+                       .words = inertial_name(number) + unit + (wanted ? " (wanted " + shown(*wanted, 8) + ")" : ""),
+                       .value = inertial_number(state.body, number),
+                       .digits = 8,
+                       .significant = true});
+  }
+  figures.push_back({.name = "deviations", .words = "", .value = by_name(state.deviations, &InertialDeviation::relative)});
+  return figures;
+}
+
+void describe(TargetVerdict& verdict) {
+  const TargetSpec& spec = verdict.spec;
+  const auto& deviations = verdict.state.deviations;
+  verdict.goal = TargetSpec::kGoal;
+  verdict.body = verdict.state.body;
+  verdict.figures = figures_of(verdict.state, spec);
+  verdict.headline = "wanted: " + std::to_string(deviations.size()) + " of the ten numbers, " + print_words(spec.print);
+  verdict.wanted = {{.name = "wanted", .words = "", .value = by_name(deviations, &InertialDeviation::wanted)}};
+  add_print(spec.print, verdict.wanted);
+}
+
+}  // namespace
+
+TargetState target_state_of(const Mesh& mesh, const TargetSpec& spec, const Progress& progress) {
+  check(spec, Setting::For::judging);
+  const Mesh merged = merged_mesh(mesh);
+  return state_of(merged, unbalanced_edges(merged) == 0, bounding_box(merged).diagonal().norm(), spec, progress);
+}
+
+TargetVerdict verify(const Mesh& delivered, const Mesh* original, const TargetSpec& spec, const Limits& limits,
+                     const Progress& progress) {
+  check(spec, Setting::For::judging);
   TargetVerdict verdict;
+  verdict.spec = spec;
   const Surface surface = judge_surface(delivered, original, progress, verdict);
-  verdict.state = state_of(surface.mesh, Surface::closed(verdict), surface.diagonal_mm, goal, progress);
-  add_surface_criteria(surface, original != nullptr, goal.wall_mm, limits.wall_ratio, verdict);
+  verdict.state = state_of(surface.mesh, Surface::closed(verdict), surface.diagonal_mm, spec, progress);
+  add_surface_criteria(surface, original != nullptr, spec.print.wall_mm, limits.wall_ratio, verdict);
   for (const InertialDeviation& d : verdict.state.deviations)
     verdict.criteria.push_back(at_most(inertial_name(d.number), description(d.number), d.relative, limits.relative));
+  describe(verdict);
   return verdict;
+}
+
+Figures state_figures(const Mesh& mesh, const TargetSpec& spec, const Limits&, const Progress& progress) {
+  return figures_of(target_state_of(mesh, spec, progress), spec);
 }
 
 }  // namespace rayrep

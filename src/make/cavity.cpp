@@ -18,12 +18,9 @@ constexpr int kSide = BlockField::kSide;
 /// q.phi as a function of the point.
 class Quadric {
 public:
-  explicit Quadric(const Moments& q) : q_(q) {
-    hessian_ << 2 * q[MXX], q[MXY], q[MXZ], q[MXY], 2 * q[MYY], q[MYZ], q[MXZ], q[MYZ], 2 * q[MZZ];
-    curvature_ = hessian_.norm();
-  }
+  explicit Quadric(const Moments& q) : q_(q), hessian_(quadric_hessian(q)), curvature_(hessian_.norm()) {}
 
-  double value(const Eigen::Vector3d& p) const { return q_.dot(monomials(p)); }
+  double value(const Eigen::Vector3d& p) const { return quadric_value(q_, p); }
   Eigen::Vector3d gradient(const Eigen::Vector3d& p) const { return q_.segment<3>(MX) + hessian_ * p; }
 
   /// First-order signed distance to the zero set, negative where the cavity is.

@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "base/rotation.h"
+#include "make/plan.h"
 #include "rayrep/physics/spin.h"
 
 namespace rayrep::detail {
@@ -102,18 +104,19 @@ bool spins_as_wanted(const Moments& s, bool largest) {
   return largest ? state.ratio_larger > 1 + margin : state.ratio_smaller < 1 - margin;
 }
 
-SpinSearch::SpinSearch(const Body& body, const SpinOptions& options)
+SpinSearch::SpinSearch(const Body& body, const SpinSpec& spec)
     : body_(body),
-      options_(options),
-      goal_(options.weights, options.largest, options.yoyo, body.solid[M1], body.diagonal_mm),
+      spec_(spec),
+      goal_(spin_goal(weights_of(spec), spec.prefer == AxisClass::largest, spec.yoyo, body.solid[M1], body.diagonal_mm)),
       centre_(body.solid.segment<3>(MX) / body.solid[M1]) {}
 
 double SpinSearch::objective(const SpinFrame& frame) const {
-  Eigen::Affine3d motion(Eigen::Quaterniond::FromTwoVectors(frame.up, Eigen::Vector3d::UnitZ()));
+  Eigen::Affine3d motion(rotation_between(frame.up, Eigen::Vector3d::UnitZ()));
   motion.translation() = -(motion.linear() * frame.contact_mm);
-  const MappedGoal goal(goal_, moment_map(motion));
+  const Goal goal = mapped(goal_, moment_map(motion));
   const QuadricSolution solution = solve_quadric(goal, *body_.integrals, body_.shell);
-  const bool usable = solution.converged && spins_as_wanted(moment_map(motion) * solution.moments, options_.largest);
+  const bool usable =
+      solution.converged && spins_as_wanted(moment_map(motion) * solution.moments, spec_.prefer == AxisClass::largest);
   return usable ? solution.objective : kInfinity;
 }
 
@@ -122,8 +125,8 @@ SpinFrame SpinSearch::through(const Eigen::Vector3d& point, const Eigen::Vector3
 }
 
 SpinFrame SpinSearch::tilted(const SpinFrame& frame, const Eigen::Vector3d& up) const {
-  if (options_.yoyo) return {up, frame.contact_mm};
-  switch (options_.axis.through) {
+  if (spec_.yoyo) return {up, frame.contact_mm};
+  switch (spec_.axis.through) {
     case SpinAxis::Through::lowest_point: {
       double lowest = kInfinity;
       Eigen::Vector3d at = frame.contact_mm;
@@ -193,7 +196,7 @@ std::optional<std::pair<SpinFrame, double>> SpinSearch::nearest_point(const Spin
   const Eigen::Matrix<double, 3, 2> basis = across(frame.up);
   const auto at = [&](const Eigen::Vector2d& shift) {
     const Eigen::Vector3d point = frame.contact_mm + basis * shift;
-    return options_.yoyo ? SpinFrame{frame.up, point} : through(point, frame.up);
+    return spec_.yoyo ? SpinFrame{frame.up, point} : through(point, frame.up);
   };
   const auto shift = shortest(
       [&](const Eigen::Vector2d& candidate) {

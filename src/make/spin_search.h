@@ -2,7 +2,9 @@
 
 #include <optional>
 
-#include "make/hollow_detail.h"
+#include "make/body.h"
+#include "rayrep/physics/spec.h"
+#include "rayrep/solve/goals.h"
 
 namespace rayrep::detail {
 
@@ -16,17 +18,17 @@ struct SpinFrame {
 bool spins_as_wanted(const Moments& s, bool largest);
 
 /// Compares spin axes on the rays of one body: the rays are a quadrature of its inner domain for axes of any direction, so that a
-/// change of axis changes the goal only (MappedGoal), and a candidate costs one solve_quadric.
+/// change of axis changes the goal only (`mapped`), and a candidate costs one solve_quadric.
 class SpinSearch {
 public:
   /// Keeps references to both.
-  SpinSearch(const Body& body, const SpinOptions& options);
+  SpinSearch(const Body& body, const SpinSpec& spec);
 
   /// Of the best interior for this axis; infinite when there is none, or when the axis is then not the principal one that is
   /// wanted.
   double objective(const SpinFrame& frame) const;
 
-  /// The frame that `options` describe, tilted to `up`: the contact point follows by SpinOptions::axis. For Through::best and a
+  /// The frame that the spec describes, tilted to `up`: the contact point follows by SpinSpec::axis. For Through::best and a
   /// point inside the body the axis goes through the same point of it.
   SpinFrame tilted(const SpinFrame& frame, const Eigen::Vector3d& up) const;
 
@@ -34,15 +36,15 @@ public:
   SpinFrame best(const SpinFrame& frame, bool points, double max_tilt_rad, const Progress& progress) const;
   /// The nearest axis parallel to this one for which there is an interior, by its distance in mm.
   std::optional<std::pair<SpinFrame, double>> nearest_point(const SpinFrame& frame, const Progress& progress) const;
-  /// The least tilted axis by SpinOptions::axis for which there is an interior, by its tilt in rad.
+  /// The least tilted axis by SpinSpec::axis for which there is an interior, by its tilt in rad.
   std::optional<std::pair<SpinFrame, double>> smallest_tilt(const SpinFrame& frame, const Progress& progress) const;
 
 private:
   SpinFrame through(const Eigen::Vector3d& point, const Eigen::Vector3d& up) const;
 
   const Body& body_;
-  const SpinOptions& options_;
-  SpinGoal goal_;
+  const SpinSpec& spec_;
+  Goal goal_;
   Eigen::Vector3d centre_;  ///< of mass of the solid
 };
 

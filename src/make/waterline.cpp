@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "make/wall_search.h"
 #include "rayrep/rays/inner_domain.h"
 #include "rayrep/rays/ray_interior.h"
 #include "rayrep/solve/goals.h"
@@ -77,18 +78,13 @@ double inner_volume(const SurfaceQuery& surface, double wall_mm, double size_mm,
   return inner_domain(surface, options, quiet).rays.volume_mm3();
 }
 
-/// The wall at which the shell weighs as much as `shell_mm3` of material; none if not even a wall of 0.2 mm does.
+/// A wall with which the shell weighs no more than `shell_mm3` of material.
 std::optional<double> wall_for_shell(const FloatProblem& problem, double shell_mm3, const SurfaceQuery& surface,
                                      const Progress& progress) {
   const double solid_mm3 = solid_moments(problem)[M1];
   const double size = bounding_box(surface.mesh()).sizes().maxCoeff();
-  Interval wall{0.2, problem.wall_mm};
-  if (wall.length() <= 0 || solid_mm3 - inner_volume(surface, wall.lo, size, progress) > shell_mm3) return std::nullopt;
-  while (wall.length() > 0.02) {
-    const double middle = 0.5 * (wall.lo + wall.hi);
-    (solid_mm3 - inner_volume(surface, middle, size, progress) > shell_mm3 ? wall.hi : wall.lo) = middle;
-  }
-  return wall.lo;
+  return detail::thinner_wall(problem.wall_mm,
+                              [&](double wall) { return solid_mm3 - inner_volume(surface, wall, size, progress) <= shell_mm3; });
 }
 
 /// What makes a shell light enough for `available_mm3` of material; with 2 % to spare among the remedies.
@@ -96,8 +92,8 @@ std::string lighter(const FloatProblem& problem, double available_mm3, const Sur
                     std::vector<std::string>& remedies) {
   std::string text;
   if (const auto wall = wall_for_shell(problem, available_mm3, surface, progress)) {
-    text += "make the wall thinner than " + number(*wall, 2) + " mm (--wall), or ";
-    remedies.push_back("--wall " + number(0.98 * *wall, 2));
+    text += "make the wall " + detail::wall_words(*wall) + " mm thick or thinner (--wall), or ";
+    remedies.push_back("--wall " + detail::wall_words(*wall));
   }
   const double density = problem.density_g_cm3 * available_mm3 / problem.shell[M1];
   remedies.push_back("--density " + number(0.98 * density, 3));
@@ -113,7 +109,7 @@ WaterlineState at_waterline(const FloatProblem& problem, double waterline_mm) {
   state.displaced_g = grams(state.water.displaced_volume_mm3, problem.fluid_g_cm3);
   const double material_mm3 = state.water.displaced_volume_mm3 * problem.fluid_g_cm3 / problem.density_g_cm3;
   if (material_mm3 < problem.shell[M1] || material_mm3 > solid_moments(problem)[M1] || material_mm3 <= 0) return state;
-  const FloatGoal goal(material_mm3, state.water.centre_of_buoyancy_mm.head<2>(), problem.diagonal_mm);
+  const Goal goal = float_goal(material_mm3, state.water.centre_of_buoyancy_mm.head<2>(), problem.diagonal_mm);
   state.lowest = solve_quadric(goal, problem.integrals, problem.shell);
   state.attainable = state.lowest.converged;
   if (state.attainable)
@@ -312,8 +308,7 @@ Explanation explain_no_waterline(const FloatProblem& problem, const SurfaceQuery
         "It does not float upright at any waterline: where the metacentric height is positive (at best " +
             number(best->metacentric_height_mm, 2) + " mm, waterline " + number(best->waterline_mm, 2) +
             " mm) it still does not come back when let go tilted by 10 degrees. Name a waterline (--waterline) to see the figures, "
-            "or try "
-            "another attitude (--up) or a denser material (--density).",
+            "or try another attitude (--up) or a denser material (--density).",
         {}};
   return {"It cannot be balanced at any waterline: the centre of mass comes no closer than " + number(offset, 2) +
               " mm (horizontally) to the centre of buoyancy, at a waterline of " + number(offset_at, 2) +

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstring>
 
+#include "base/rotation.h"
 #include "base/union_find.h"
 
 namespace rayrep {
@@ -25,6 +26,20 @@ Mesh transformed(const Mesh& mesh, const Eigen::Affine3d& T) {
   Mesh result = mesh;
   for (auto& v : result.vertices) v = T * v;
   return result;
+}
+
+Eigen::Matrix3d up_to_z(const Eigen::Vector3d& up) {
+  const Eigen::Matrix3d R = rotation_between(up, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const Eigen::Matrix3d rounded = R.array().round();
+  return (R - rounded).norm() < 1e-12 ? rounded : R;
+}
+
+Eigen::Affine3d working_frame(const Mesh& mesh, const Eigen::Vector3d& up) {
+  Eigen::Affine3d T = Eigen::Affine3d::Identity();
+  T.linear() = up_to_z(up);
+  const Eigen::AlignedBox3d box = bounding_box(transformed(mesh, T));
+  T.translation() << -box.center().x(), -box.center().y(), -box.min().z();
+  return T;
 }
 
 void append(Mesh& mesh, const Mesh& other) {

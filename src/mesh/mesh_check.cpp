@@ -8,16 +8,17 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
-#include <sstream>
 #include <utility>
 
+#include "base/text.h"
 #include "base/union_find.h"
 #include "mesh/close_pairs.h"
 #include "mesh/mesh_edges.h"
 #include "mesh/predicates.h"
+#include "mesh/shells.h"
 #include "rayrep/base/error.h"
-#include "rayrep/mesh/surface_query.h"
 
 namespace rayrep {
 namespace {
@@ -27,21 +28,10 @@ using Eigen::Vector3i;
 
 // ------------------------------------------------------------------------------------------------------------------ words
 
-std::string plural(std::size_t count, const std::string& one, const std::string& many) {
-  return std::to_string(count) + " " + (count == 1 ? one : many);
-}
-
-std::string at(const Vector3d& p) {
-  std::ostringstream text;
-  text.precision(6);
-  text << "(" << p.x() + 0.0 << ", " << p.y() + 0.0 << ", " << p.z() + 0.0 << ")";
-  return text.str();
-}
-
 const char* const kHowToRepair =
-    "Repair the model and try again, for example in Blender (3D-Print Toolbox, Clean Up, Make Manifold), in MeshLab (Filters, "
-    "Remeshing, Close "
-    "Holes) or in PrusaSlicer on Windows (right-click the part, Fix by Windows repair algorithm; then export it as STL).";
+    "Repair the model and try again, for example in Blender (3D-Print Toolbox, Clean Up, Make Manifold), in MeshLab "
+    "(Filters, Remeshing, Close Holes) or in PrusaSlicer on Windows (right-click the part, Fix by Windows repair algorithm; "
+    "then export it as STL).";
 
 void note_first(Defect& defect, const Vector3d& where) {
   if (defect.count++ == 0) defect.first_mm = where;
@@ -104,9 +94,7 @@ struct Gaps {
 Gaps count_unbalanced_edges(const Mesh& mesh, MeshReport& report) {
   Gaps gaps;
   for_each_edge(mesh, [&](auto begin, auto end) {
-    int net = 0;
-    for (auto use = begin; use != end; ++use) net += use->direction;
-    if (net == 0) return;
+    if (edge_balance(begin, end) == 0) return;
     note_first(report.unbalanced_edges, midpoint(mesh, *begin));
     note_first(end - begin == 1 ? gaps.rims : gaps.unmatched, midpoint(mesh, *begin));
   });
@@ -158,10 +146,8 @@ Dropped drop_superfluous(Mesh& mesh, std::vector<bool>& is_flat, const std::vect
   if (duplicates.empty() && std::find(is_flat.begin(), is_flat.end(), true) == is_flat.end()) return dropped;
 
   std::vector<std::pair<std::pair<int, int>, int>> net;  // of each edge, ascending
-  for_each_edge(mesh, [&](auto begin, auto end) {
-    net.emplace_back(std::pair(begin->low, begin->high), 0);
-    for (auto use = begin; use != end; ++use) net.back().second += use->direction;
-  });
+  for_each_edge(mesh,
+                [&](auto begin, auto end) { net.emplace_back(std::pair(begin->low, begin->high), edge_balance(begin, end)); });
   const auto net_of = [&](const EdgeUse& use) -> int& {
     const std::pair edge(use.low, use.high);
     return std::lower_bound(net.begin(), net.end(), edge, [](const auto& n, const auto& e) { return n.first < e; })->second;
@@ -311,18 +297,6 @@ Shells orient_neighbours(Mesh& mesh) {
   return shells;
 }
 
-std::vector<double> shell_volumes(const Mesh& mesh, const Shells& shells) {
-  const Vector3d centre = bounding_box(mesh).center();
-  std::vector<double> volumes(shells.count, 0);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Vector3d a = mesh.corner(t, 0) - centre;
-    const Vector3d b = mesh.corner(t, 1) - centre;
-    const Vector3d c = mesh.corner(t, 2) - centre;
-    volumes[shells.of_triangle[t]] += a.dot(b.cross(c)) / 6;
-  }
-  return volumes;
-}
-
 /// For each shell, the shells that contain it, ascending. Decided at the centroids of up to three of its triangles, those that look
 /// largest from above, which all have to lie inside: shells that cross are not nested.
 std::vector<std::vector<int>> containing_shells(const Mesh& mesh, const Shells& shells, const Progress& progress) {
@@ -342,16 +316,13 @@ std::vector<std::vector<int>> containing_shells(const Mesh& mesh, const Shells& 
       if (candidate.area > s.area) std::swap(candidate, s);
   }
 
-  const SurfaceQuery surface(mesh);
-  const double touching_mm = 1e-9 * bounding_box(mesh).diagonal().norm();
-  std::vector<LineHit> hits;
-  struct Verdict {
-    int shell;
-    bool inside;
-    bool operator<(const Verdict& other) const { return shell != other.shell ? shell < other.shell : inside < other.inside; }
+  ShellNesting nesting(mesh, shells.of_triangle);
+  Surroundings around;
+  struct Verdicts {
+    int inside = 0;
+    bool touches = false;
   };
-  std::vector<Verdict> verdicts;
-  std::vector<std::pair<int, int>> winding;  // shell, its hits above the sample
+  std::map<int, Verdicts> verdicts;  // on the other shells
   for (int shell = 0; shell < shells.count; ++shell) {
     if (shell % 256 == 0) progress.check();
     verdicts.clear();
@@ -359,44 +330,19 @@ std::vector<std::vector<int>> containing_shells(const Mesh& mesh, const Shells& 
     for (const Sample& sample : samples[shell]) {
       if (sample.triangle < 0) continue;
       ++used;
-      const Vector3d p = centroid(mesh, static_cast<std::size_t>(sample.triangle));
-      const auto closes = [&hits] {
-        int sum = 0;
-        for (const LineHit& hit : hits) sum += hit.sign;
-        return sum == 0;
-      };
-      surface.line_hits(p.head<2>(), hits);
-      if (!closes()) line_hits_brute_force(surface.mesh(), p.head<2>(), hits);
-      winding.clear();
-      for (const LineHit& hit : hits) {
-        const int other = shells.of_triangle[hit.triangle];
-        if (other == shell) continue;
-        if (std::abs(hit.z_mm - p.z()) <= touching_mm) verdicts.push_back({other, false});
-        if (hit.z_mm > p.z()) winding.emplace_back(other, -hit.sign);
-      }
-      std::sort(winding.begin(), winding.end());
-      for (std::size_t i = 0; i < winding.size();) {
-        const int other = winding[i].first;
-        int sum = 0;
-        for (; i < winding.size() && winding[i].first == other; ++i) sum += winding[i].second;
-        if (sum != 0) verdicts.push_back({other, true});
-      }
+      nesting.around(centroid(mesh, static_cast<std::size_t>(sample.triangle)), shell, around);
+      for (const int other : around.touched) verdicts[other].touches = true;
+      for (const auto& [other, winding] : around.shells) ++verdicts[other].inside;
     }
-    std::sort(verdicts.begin(), verdicts.end());
-    for (std::size_t i = 0; i < verdicts.size();) {
-      const int other = verdicts[i].shell;
-      int yes = 0;
-      bool touches = false;
-      for (; i < verdicts.size() && verdicts[i].shell == other; ++i) verdicts[i].inside ? void(++yes) : void(touches = true);
-      if (yes == used && !touches) inside[shell].push_back(other);
-    }
+    for (const auto& [other, verdict] : verdicts)
+      if (verdict.inside == used && !verdict.touches) inside[shell].push_back(other);
   }
   return inside;
 }
 
 /// Turns shells that face inward where nothing could be hollowed out, and fills in the counts and notes on nesting.
 void orient_shells(Mesh& mesh, Shells& shells, MeshReport& report, const Progress& progress) {
-  std::vector<double> volumes = shell_volumes(mesh, shells);
+  std::vector<double> volumes = shell_volumes(mesh, shells.of_triangle, shells.count);
   const auto inside = containing_shells(mesh, shells, progress);
   std::vector<int> order(shells.count);
   std::iota(order.begin(), order.end(), 0);
@@ -484,7 +430,7 @@ void count_self_intersections(const Mesh& mesh, const std::vector<bool>& is_flat
   const auto t = static_cast<std::size_t>(pairs[total.first].second);
   report.self_intersections = {total.count, centroid(mesh, area2(s) < area2(t) ? s : t)};
   report.notes.push_back("The surface crosses or touches itself in " + plural(total.count, "pair", "pairs") +
-                         " of triangles, first near " + at(report.self_intersections.first_mm) +
+                         " of triangles, first near " + shown(report.self_intersections.first_mm) +
                          ": overlapping parts are taken as one body.");
 }
 
@@ -506,7 +452,7 @@ bool refuse_not_finite(const Mesh& mesh, MeshReport& report) {
   std::string where = "triangle " + std::to_string(first_triangle + 1) + " of " + std::to_string(mesh.triangles.size());
   for (int k = 0; k < 3; ++k)
     if (mesh.corner(first_triangle, k).allFinite()) {
-      where += ", near " + at(mesh.corner(first_triangle, k));
+      where += ", near " + shown(mesh.corner(first_triangle, k));
       break;
     }
   report.refusal = plural(report.not_finite.count, "corner has", "corners have") +
@@ -520,7 +466,7 @@ std::string not_closed_refusal(const Gaps& gaps, const Defect& one_sided) {
   const auto add = [&causes](const Defect& defect, const std::string& one, const std::string& many) {
     if (!defect) return;
     if (!causes.empty()) causes += "; ";
-    causes += plural(defect.count, one, many) + ", the first near " + at(defect.first_mm);
+    causes += plural(defect.count, one, many) + ", the first near " + shown(defect.first_mm);
   };
   add(gaps.rims, "edge belongs to one triangle only (the rim of a hole)", "edges belong to one triangle only (rims of holes)");
   add(gaps.unmatched, "edge has more triangles on one side than on the other",
@@ -530,13 +476,11 @@ std::string not_closed_refusal(const Gaps& gaps, const Defect& one_sided) {
 }
 
 std::string no_volume_refusal(const Mesh& mesh, double volume) {
-  std::ostringstream text;
-  text.precision(4);
   const Vector3d size = mesh.vertices.empty() ? Vector3d::Zero() : Vector3d(bounding_box(mesh).sizes());
-  text << "The surface encloses no volume (" << volume << " in a box of " << size.x() << " x " << size.y() << " x " << size.z()
-       << "): it is flat, or its sheets cancel each other. Give the model a thickness, or check that the right object was "
-          "exported.";
-  return text.str();
+  return concat("The surface encloses no volume (", shown(volume, 4), " in a box of ", shown(size.x(), 4), " x ",
+                shown(size.y(), 4), " x ", shown(size.z(), 4),
+                "): it is flat, or its sheets cancel each other. Give the model a thickness, or check that the right object was "
+                "exported.");
 }
 
 }  // namespace
@@ -585,19 +529,19 @@ CheckedMesh check_mesh(const Mesh& mesh, const CheckOptions& options, const Prog
   const Dropped dropped = drop_superfluous(m, is_flat, duplicates);
   if (repeated_corners + dropped.flat > 0)
     report.notes.push_back(plural(repeated_corners + dropped.flat, "triangle of zero area was", "triangles of zero area were") +
-                           " left out, the first near " + at(report.degenerate.first_mm) + ".");
+                           " left out, the first near " + shown(report.degenerate.first_mm) + ".");
   if (const std::size_t flat = report.degenerate.count - repeated_corners - dropped.flat; flat > 0)
     report.notes.push_back(plural(flat, "triangle of zero area was", "triangles of zero area were") +
                            " kept, because the surface would not be closed without.");
   if (dropped.duplicates > 0)
     report.notes.push_back(plural(dropped.duplicates, "triangle", "triangles") +
                            " there more than once left out, because that closes the surface; the first near " +
-                           at(report.duplicate.first_mm) + ".");
+                           shown(report.duplicate.first_mm) + ".");
   if (dropped.opposite > 0)
     report.notes.push_back(plural(dropped.opposite, "pair of triangles that lie on each other face",
                                   "pairs of triangles that lie on each other face") +
                            " opposite ways (a wall without thickness) and left out, the first near " +
-                           at(report.duplicate.first_mm) + ".");
+                           shown(report.duplicate.first_mm) + ".");
   if (const std::size_t copies = report.duplicate.count - std::min(report.duplicate.count, dropped.duplicates + dropped.opposite);
       copies > 0)
     report.notes.push_back(plural(copies, "triangle is", "triangles are") +
@@ -610,13 +554,13 @@ CheckedMesh check_mesh(const Mesh& mesh, const CheckOptions& options, const Prog
     report.notes.push_back(plural(turned(), "triangle was", "triangles were") + " turned to agree with " +
                            (turned() == 1 ? "its" : "their") + " neighbours (" +
                            plural(report.misoriented_edges.count, "edge", "edges") + " disagreed, the first near " +
-                           at(report.misoriented_edges.first_mm) + ").");
+                           shown(report.misoriented_edges.first_mm) + ").");
   const Gaps gaps = count_unbalanced_edges(m, report);
   if (report.unbalanced_edges) {
     report.refusal = not_closed_refusal(gaps, shells.one_sided);
   } else {
     orient_shells(m, shells, report, progress);
-    const std::vector<double> volumes = shell_volumes(m, shells);
+    const std::vector<double> volumes = shell_volumes(m, shells.of_triangle, shells.count);
     const double volume = std::accumulate(volumes.begin(), volumes.end(), 0.0);
     const double diagonal = m.triangles.empty() ? 0 : bounding_box(m).diagonal().norm();
     report.usable = volume > 1e-12 * diagonal * diagonal * diagonal;

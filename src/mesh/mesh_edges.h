@@ -23,6 +23,14 @@ struct EdgeUse {
   int direction;  ///< +1: from low to high
 };
 
+/// How much more often the uses of an edge run from `low` to `high` than back: 0 where a surface is closed.
+template <typename Use>
+int edge_balance(Use begin, Use end) {
+  int balance = 0;
+  for (; begin != end; ++begin) balance += begin->direction;
+  return balance;
+}
+
 /// Calls visit(begin, end) with the uses of each edge from a vertex `low` to a higher one, the edges by their higher vertex, the
 /// uses of each by their triangle. Sides from a vertex to itself are no edges.
 /// @param uses  memory, to be used again

@@ -299,12 +299,12 @@ private:
     }
   }
 
-  /// All crossings of a vertical line with the turned mesh, as SurfaceQuery finds them.
-  void line_hits(const Vector2d& xy, std::vector<LineHit>& hits) const {
-    if (surface_)
-      surface_->line_hits(xy, hits);
-    else
-      line_hits_brute_force(turned_, xy, hits);
+  /// The crossings of a vertical line with the turned mesh; true if they close.
+  template <typename Closes>
+  bool line_hits(const Vector2d& xy, std::vector<LineHit>& hits, const Closes& closes) const {
+    if (surface_) return closed_line_hits(*surface_, xy, hits, closes) != LineAnswer::open;
+    line_hits_brute_force(turned_, xy, hits);
+    return closes(hits);
   }
 
   /// True when the piece of triangle t around one of the points `samples` (in its frame) belongs to the boundary.
@@ -315,18 +315,14 @@ private:
     bool result = false;
     for (const Vector2d& sample : samples) {
       const Vector3d p = frame_t.global(sample);
-      const auto closes = [&] {  // t itself counts, whether or not the line through its inside was found to hit it
+      const auto closes = [t, sign](const std::vector<LineHit>&
+                                        found) {  // t itself counts, whether or not the line through its inside was found to hit it
         int sum = sign;
-        for (const LineHit& hit : hits)
+        for (const LineHit& hit : found)
           if (hit.triangle != t) sum += hit.sign;
         return sum == 0;
       };
-      line_hits(p.head<2>(), hits);
-      bool closed = closes();
-      if (!closed && surface_) {
-        line_hits_brute_force(turned_, p.head<2>(), hits);
-        closed = closes();
-      }
+      const bool closed = line_hits(p.head<2>(), hits, closes);
       int below = 0;
       int step = sign;                 // of the winding number, over all sheets that lie on t
       std::array<int, 2> first{t, t};  // of these, the first that enters and the first that leaves

@@ -252,6 +252,19 @@ void line_hits_brute_force(const Mesh& mesh, const Eigen::Vector2d& xy, std::vec
   sort_hits(hits);
 }
 
+bool line_closes(const std::vector<LineHit>& hits) { return winding_below(hits, std::numeric_limits<double>::infinity()) == 0; }
+
+int winding_below(const std::vector<LineHit>& hits, double z_mm) {
+  int winding = 0;
+  for (const LineHit& hit : hits)
+    if (hit.z_mm < z_mm) winding += hit.sign;
+  return winding;
+}
+
+LineAnswer closed_line_hits(const SurfaceQuery& surface, const Eigen::Vector2d& xy, std::vector<LineHit>& hits) {
+  return closed_line_hits(surface, xy, hits, line_closes);
+}
+
 double point_triangle_distance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                const Eigen::Vector3d& c, Eigen::Vector3d* nearest) {
   // By the Voronoi regions of the corners, the edges and the face. A triangle without area has only the former.

@@ -1,18 +1,17 @@
 #include "rayrep/physics/hydrostatics.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <cstdint>
 #include <limits>
-#include <numbers>
-#include <sstream>
-#include <unordered_map>
 #include <vector>
 
+#include "base/linear_algebra.h"
+#include "base/text.h"
+#include "mesh/mesh_edges.h"
+#include "mesh/shells.h"
 #include "rayrep/base/error.h"
 
 namespace rayrep {
@@ -237,68 +236,35 @@ private:
 
 // ----------------------------------------------------------------------------------------------------------- nesting of components
 
-// Solid angle of a triangle seen from the origin, over 4 pi (van Oosterom and Strackee 1983).
-double winding_of_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
-  const double la = a.norm();
-  const double lb = b.norm();
-  const double lc = c.norm();
-  return std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb) / (2 * std::numbers::pi);
-}
-
 // A component of a mesh, as its triangles in the whole.
 struct Part {
   std::vector<int> triangles;
   Eigen::AlignedBox3d box;
-  double volume = 0;
   bool closed = true;
 };
 
-double winding(const Mesh& mesh, const Part& part, const Eigen::Vector3d& p) {
-  double sum = 0;
-  for (const int t : part.triangles)
-    sum += winding_of_triangle(mesh.corner(t, 0) - p, mesh.corner(t, 1) - p, mesh.corner(t, 2) - p);
-  return sum;
-}
-
 std::vector<Part> parts_of(const Mesh& mesh, const Components& components) {
   std::vector<Part> parts(components.count);
-  std::unordered_map<std::uint64_t, int> balance;  // of each undirected edge; a component is closed when all are 0
-  const auto key = [](int a, int b) {
-    return static_cast<std::uint64_t>(std::min(a, b)) << 32 | static_cast<std::uint32_t>(std::max(a, b));
-  };
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     Part& part = parts[components.of_triangle[t]];
     part.triangles.push_back(static_cast<int>(t));
-    const Eigen::Vector3d& reference = mesh.corner(part.triangles.front(), 0);
-    for (int k = 0; k < 3; ++k) {
-      part.box.extend(mesh.corner(t, k));
-      const int a = mesh.triangles[t][k];
-      const int b = mesh.triangles[t][(k + 1) % 3];
-      if (a != b) balance[key(a, b)] += a < b ? 1 : -1;
-    }
-    part.volume += (mesh.corner(t, 0) - reference).dot((mesh.corner(t, 1) - reference).cross(mesh.corner(t, 2) - reference)) / 6;
+    for (int k = 0; k < 3; ++k) part.box.extend(mesh.corner(t, k));
   }
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    for (int k = 0; k < 3; ++k) {
-      const int a = mesh.triangles[t][k];
-      const int b = mesh.triangles[t][(k + 1) % 3];
-      if (a != b && balance[key(a, b)] != 0) parts[components.of_triangle[t]].closed = false;
-    }
+  for_each_edge(mesh, [&](auto begin, auto end) {
+    if (edge_balance(begin, end) != 0) parts[components.of_triangle[begin->triangle]].closed = false;
+  });
   return parts;
 }
 
 // Winding number of the surroundings of a part (all others) where it lies, taken at the first of a few of its triangles'
 // centroids that is not on another part's surface.
-int winding_of_surroundings(const Mesh& mesh, const std::vector<Part>& parts, std::size_t self) {
-  const Part& part = parts[self];
+int winding_of_surroundings(ShellNesting& nesting, const Mesh& mesh, const Part& part, int self) {
   const std::size_t tries = std::min<std::size_t>(part.triangles.size(), 8);
+  Surroundings around;
   for (std::size_t i = 0; i < tries; ++i) {
     const int t = part.triangles[i * part.triangles.size() / tries];
-    const Eigen::Vector3d p = (mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3;
-    double sum = 0;
-    for (std::size_t other = 0; other < parts.size(); ++other)
-      if (other != self && (!parts[other].closed || parts[other].box.contains(p))) sum += winding(mesh, parts[other], p);
-    if (std::abs(sum - std::round(sum)) < 0.1) return static_cast<int>(std::round(sum));
+    nesting.around((mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3, self, around);
+    if (around.touched.empty() && around.line_closes) return around.winding;
   }
   return 0;
 }
@@ -337,7 +303,7 @@ Hydrostatics hydrostatics(const Mesh& hull, const Waterplane& plane) {
     const Eigen::Vector2d f = sum.area_first / sum.area;
     result.waterplane_area_mm2 = sum.area;
     result.centre_of_flotation_mm = on_plane + frame.u * f.x() + frame.v * f.y();
-    const Eigen::Vector2d second = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(central_second_moments(sum)).eigenvalues();
+    const Eigen::Vector2d second = symmetric_eigen(central_second_moments(sum)).values;
     result.smallest_second_moment_mm4 = std::max(0., second[0]);
     result.largest_second_moment_mm4 = std::max(0., second[1]);
   }
@@ -349,16 +315,21 @@ Mesh outer_hull(const Mesh& mesh) {
   const Components components = connected_components(joined);
   const std::vector<Part> parts = parts_of(joined, components);
 
+  const std::vector<double> volumes = shell_volumes(joined, components.of_triangle, components.count);
+  ShellNesting nesting(joined, components.of_triangle);
+
   std::vector<bool> sealed(parts.size(), false);
-  for (std::size_t i = 0; i < parts.size(); ++i)
-    sealed[i] = parts[i].closed && parts[i].volume < 0 && winding_of_surroundings(joined, parts, i) > 0;
+  for (int i = 0; i < components.count; ++i)
+    sealed[i] = parts[i].closed && volumes[i] < 0 && winding_of_surroundings(nesting, joined, parts[i], i) > 0;
+  if (std::find(sealed.begin(), sealed.end(), true) == sealed.end()) return mesh;
   // What floats inside a cavity does not meet the fluid either.
   std::vector<bool> dropped = sealed;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
+  Surroundings around;
+  for (int i = 0; i < components.count; ++i) {
     if (sealed[i]) continue;
-    const Eigen::Vector3d& p = joined.corner(parts[i].triangles.front(), 0);
-    for (std::size_t cavity = 0; cavity < parts.size() && !dropped[i]; ++cavity)
-      dropped[i] = sealed[cavity] && parts[cavity].box.contains(parts[i].box) && winding(joined, parts[cavity], p) < -0.5;
+    nesting.around(joined.corner(parts[i].triangles.front(), 0), i, around);
+    for (const auto& [other, winding] : around.shells)
+      if (sealed[other] && winding < 0 && parts[other].box.contains(parts[i].box)) dropped[i] = true;
   }
   Mesh result;
   result.vertices = mesh.vertices;
@@ -370,12 +341,10 @@ Mesh outer_hull(const Mesh& mesh) {
 double waterline_for_volume(const Mesh& mesh, const Eigen::Vector3d& normal, double volume_mm3) {
   Hull hull(mesh);
   // Rounding must not turn "all of it" into "too much".
-  if (!(volume_mm3 >= 0 && volume_mm3 <= hull.volume() * (1 + 1e-12))) {
-    std::ostringstream text;
-    text << "The body would have to displace " << volume_mm3 / 1000 << " cm3, but its hull holds only " << hull.volume() / 1000
-         << " cm3: it sinks. Use a lighter material or leave more of it hollow.";
-    throw Error(ErrorCode::goal, text.str());
-  }
+  if (!(volume_mm3 >= 0 && volume_mm3 <= hull.volume() * (1 + 1e-12)))
+    throw Error(ErrorCode::goal,
+                concat("The body would have to displace ", volume_mm3 / 1000, " cm3, but its hull holds only ",
+                       hull.volume() / 1000, " cm3: it sinks. Use a lighter material or leave more of it hollow."));
   hull.set_up(normal);
   return normal.dot(hull.centre()) + hull.offset_for_volume(volume_mm3, std::numeric_limits<double>::quiet_NaN());
 }
@@ -424,11 +393,11 @@ struct Tilts {
 };
 
 Tilts tilts(const Attitude& a, double diagonal) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(a.hessian);
+  const SymmetricEigen eigen = symmetric_eigen(a.hessian);
   Tilts t;
-  t.axes = eigen.eigenvectors();
+  t.axes = eigen.vectors;
   t.gradient = t.axes.transpose() * a.gradient;
-  t.stiffness = eigen.eigenvalues();
+  t.stiffness = eigen.values;
   for (int k = 0; k < 2; ++k) {
     t.neutral[k] = std::abs(t.gradient[k]) <= kNeutralArm * diagonal && std::abs(t.stiffness[k]) <= kNeutralHeight * diagonal;
     if (t.neutral[k]) t.gradient[k] = 0;
@@ -481,13 +450,10 @@ FloatingRest floating_rest(const Mesh& mesh, double mass_g, const Eigen::Vector3
   rest.up = up.normalized();
   rest.plane.normal = rest.up;
   const double volume = mass_g / (options.fluid_g_cm3 * 1e-3);
-  if (!(mass_g > 0) || !(options.fluid_g_cm3 > 0) || !(hull.volume() > 0) || !rest.up.allFinite() ||
-      !centre_of_mass_mm.allFinite()) {
-    std::ostringstream text;
-    text << "A body of " << mass_g << " g with a hull of " << hull.volume() << " mm3 cannot be floated in a fluid of "
-         << options.fluid_g_cm3 << " g/cm3: all three must be positive, and its centre of mass and its attitude finite.";
-    throw Error(ErrorCode::input, text.str());
-  }
+  if (!(mass_g > 0) || !(options.fluid_g_cm3 > 0) || !(hull.volume() > 0) || !rest.up.allFinite() || !centre_of_mass_mm.allFinite())
+    throw Error(ErrorCode::input,
+                concat("A body of ", mass_g, " g with a hull of ", hull.volume(), " mm3 cannot be floated in a fluid of ",
+                       options.fluid_g_cm3, " g/cm3: all three must be positive, and its centre of mass and its attitude finite."));
   if (volume > hull.volume()) {
     rest.sinks = true;
     return rest;

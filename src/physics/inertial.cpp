@@ -1,10 +1,10 @@
 #include "rayrep/physics/inertial.h"
 
 #include <Eigen/Eigenvalues>
-#include <charconv>
+#include <algorithm>
 #include <cmath>
-#include <system_error>
 
+#include "base/text.h"
 #include "rayrep/base/error.h"
 
 namespace rayrep {
@@ -20,11 +20,11 @@ Place place(MomentIndex number) {
   return places[number - MXX];
 }
 
-/// The shortest text that is read as the same number, for any locale.
+/// The shortest text that is read as the same number.
 std::string shortest(double value) {
-  char text[32];
-  const std::to_chars_result end = std::to_chars(text, text + sizeof text, value + 0.0);  // -0 becomes 0
-  return {text, end.ptr};
+  std::string text;
+  append_number(text, value + 0.0);  // -0 becomes 0
+  return text;
 }
 
 struct SiProperties {
@@ -97,6 +97,22 @@ std::string mjcf_inertial(const MassProperties& body) {
   const Eigen::Matrix3d& I = p.inertia_kg_m2;
   return "<inertial pos=\"" + three(p.centre_m) + "\" mass=\"" + shortest(p.mass_kg) + "\" fullinertia=\"" + three(I.diagonal()) +
          " " + three({I(0, 1), I(0, 2), I(1, 2)}) + "\"/>\n";
+}
+
+std::string missing_for(MomentIndex number, const InertialTargets& targets) {
+  const auto has = [&](int axis) { return targets[static_cast<std::size_t>(MX + axis)].has_value(); };
+  const auto name = [](int axis) { return std::string(1, "xyz"[axis]); };
+  if (number < MXX) return "";
+  if (number <= MZZ) {
+    const int a = (number - MXX + 1) % 3;
+    const int b = (number - MXX + 2) % 3;
+    if (has(a) && has(b)) return "";
+    return name(std::min(a, b)) + " and " + name(std::max(a, b));
+  }
+  const int a = number == MYZ ? 1 : 0;
+  const int b = number == MXY ? 1 : 2;
+  if (has(a) || has(b)) return "";
+  return name(a) + " or " + name(b);
 }
 
 }  // namespace rayrep

@@ -3,8 +3,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <cmath>
-#include <sstream>
 
+#include "base/text.h"
 #include "rayrep/base/error.h"
 
 namespace rayrep {
@@ -38,6 +38,18 @@ Eigen::Matrix3d with_fixed_signs(Eigen::Matrix3d axes) {
 }  // namespace
 
 Moments monomials(const Eigen::Vector3d& p) { return from_parts(1, p, p * p.transpose()); }
+
+double quadric_value(const Moments& q, const Eigen::Vector3d& p) { return q.dot(monomials(p)); }
+
+Eigen::Vector3d quadric_gradient(const Moments& q, const Eigen::Vector3d& p) { return q.segment<3>(MX) + quadric_hessian(q) * p; }
+
+Eigen::Matrix3d quadric_hessian(const Moments& q) {
+  Eigen::Matrix3d H;
+  H << 2 * q[MXX], q[MXY], q[MXZ],  //
+      q[MXY], 2 * q[MYY], q[MYZ],   //
+      q[MXZ], q[MYZ], 2 * q[MZZ];
+  return H;
+}
 
 Moments mesh_moments(const Mesh& mesh) {
   if (mesh.triangles.empty()) return Moments::Zero();
@@ -81,11 +93,9 @@ Eigen::Matrix<double, 10, 10> moment_map(const Eigen::Affine3d& motion) {
 }
 
 MassProperties mass_properties(const Moments& s, double density_g_cm3) {
-  if (!s.allFinite() || !(s[M1] > 0)) {
-    std::ostringstream text;
-    text << "The volume is " << s[M1] << " mm3, which is not that of a solid: the surface must be closed and face outward.";
-    throw Error(ErrorCode::input, text.str());
-  }
+  if (!s.allFinite() || !(s[M1] > 0))
+    throw Error(ErrorCode::input, concat("The volume is ", s[M1],
+                                         " mm3, which is not that of a solid: the surface must be closed and face outward."));
   const double grams_per_mm3 = density_g_cm3 * 1e-3;
   const Eigen::Vector3d centre = s.segment<3>(MX) / s[M1];
   const Eigen::Matrix3d central = second_moments(s) - s[M1] * centre * centre.transpose();

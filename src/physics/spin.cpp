@@ -1,13 +1,13 @@
 #include "rayrep/physics/spin.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <sstream>
 
+#include "base/linear_algebra.h"
+#include "base/text.h"
 #include "rayrep/base/error.h"
 
 namespace rayrep {
@@ -23,9 +23,7 @@ double difference(double x, double y) { return std::abs(x - y) <= kTie * std::ma
 
 void require_positive(double value, const char* name, const char* unit) {
   if (value > 0 && std::isfinite(value)) return;
-  std::ostringstream message;
-  message << "The " << name << " of a top must be positive and finite; it is " << value << " " << unit << ".";
-  throw Error(ErrorCode::input, message.str());
+  throw Error(ErrorCode::input, concat("The ", name, " of a top must be positive and finite; it is ", value, " ", unit, "."));
 }
 
 // Stability of one top as a function of W = w^2: theory.md (19)-(21). Units: g mm^2 for moments, g mm^2/s^2 for the torque.
@@ -110,11 +108,8 @@ std::vector<SpeedRange> stable_speeds(const Top& top, Tip tip, double gravity_mm
 }
 
 SpinState spin_state(const MassProperties& body, const Eigen::Vector3d& contact_mm, const Eigen::Vector3d& axis, bool yoyo) {
-  if (!(std::abs(axis.norm() - 1) < 1e-6)) {
-    std::ostringstream message;
-    message << "The spin axis must be a unit vector; its length is " << axis.norm() << ".";
-    throw Error(ErrorCode::usage, message.str());
-  }
+  if (!(std::abs(axis.norm() - 1) < 1e-6))
+    throw Error(ErrorCode::usage, concat("The spin axis must be a unit vector; its length is ", axis.norm(), "."));
   SpinState state;
   state.body = body;
   const Eigen::Vector3d arm = body.centre_of_mass_mm - contact_mm;
@@ -135,7 +130,7 @@ SpinState spin_state(const MassProperties& body, const Eigen::Vector3d& contact_
   Eigen::Matrix<double, 3, 2> across;
   across << u, axis.cross(u);
   const Eigen::Matrix2d block = across.transpose() * body.inertia_g_mm2 * across;
-  const Eigen::Vector2d lateral = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(block, Eigen::EigenvaluesOnly).eigenvalues();
+  const Eigen::Vector2d lateral = symmetric_eigenvalues(block);
   const double axial = axis.dot(body.inertia_g_mm2 * axis);
   state.ratio_smaller = axial / lateral[0];
   state.ratio_larger = axial / lateral[1];
@@ -152,5 +147,9 @@ SpinState spin_state(const MassProperties& body, const Eigen::Vector3d& contact_
 }
 
 double rpm(double rad_s) { return rad_s * (30 / std::numbers::pi); }
+
+const char* name_of(AxisClass axis) {
+  return axis == AxisClass::largest ? "largest" : axis == AxisClass::smallest ? "smallest" : "middle";
+}
 
 }  // namespace rayrep

@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <queue>
+
+#include "base/union_find.h"
 
 namespace rayrep {
 namespace {
@@ -171,7 +172,7 @@ public:
         value = interpolate(i, j, k, fraction);
       }
       if ((value < 0) != inside) {
-        const double end = refine(xy, {previous_z, z}, solid, previous, value, hint);
+        const double end = refine(xy, solid, {{previous_z, z}, previous, value}, hint);
         inside = !inside;
         if (inside)
           inner.push_back({end, end});
@@ -181,7 +182,7 @@ public:
       previous_z = z;
       previous = value;
     }
-    if (inside) inner.back().hi = refine(xy, {previous_z, solid.hi}, solid, previous, wall_, hint);
+    if (inside) inner.back().hi = refine(xy, solid, {{previous_z, solid.hi}, previous, wall_}, hint);
   }
 
   /// Of the intervals from `start` on, drops those that are not inside after all (near a ridge of the distance the samples may
@@ -228,10 +229,18 @@ private:
            u * ((1 - v) * field_.at(i + 1, j, k) + v * field_.at(i + 1, j + 1, k));
   }
 
-  /// The z within the bracket where the distance to the surface is the wall. `at_lo` and `at_hi` are estimates of wall - distance
-  /// of opposite sign. Newton steps on exact distances, kept inside the bracket by bisection.
-  double refine(const Eigen::Vector2d& xy, Interval bracket, const Interval& solid, double at_lo, double at_hi, int& hint) const {
+  /// Heights between which the ray enters or leaves the inner domain, and estimates of wall - distance there, of opposite sign.
+  struct Bracket {
+    Interval z;
+    double at_lo, at_hi;
+  };
+
+  /// The z within the bracket where the distance to the surface is the wall. Newton steps on exact distances, kept inside the
+  /// bracket by bisection.
+  double refine(const Eigen::Vector2d& xy, const Interval& solid, const Bracket& between, int& hint) const {
     const double h = field_.spacing_mm;
+    const auto& [first, at_lo, at_hi] = between;
+    Interval bracket = first;
     const bool falling = at_lo > at_hi;
     double z = bracket.lo + bracket.length() * std::clamp(at_lo / (at_lo - at_hi), 0.0, 1.0);
     // The estimates may have put the end into the wrong step; leave room to leave it.
@@ -299,18 +308,14 @@ RayRep trim_rays(const SurfaceQuery& surface, const RayRep& solid, const BlockFi
 void drop_small_components(InnerDomain& domain, double min_mm3) {
   RayRep& rays = domain.rays;
   const std::size_t count = rays.intervals.size();
-  std::vector<std::uint32_t> parent(count);
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto root = [&parent](std::uint32_t n) {
-    while (parent[n] != n) n = parent[n] = parent[parent[n]];
-    return n;
-  };
+  UnionFind joined(static_cast<int>(count));
+  const auto root = [&joined](std::uint32_t n) { return static_cast<std::size_t>(joined.root(static_cast<int>(n))); };
   const auto join_rays = [&](std::size_t r, std::size_t q) {
     std::uint32_t m = rays.first[q];
     for (std::uint32_t n = rays.first[r]; n < rays.first[r + 1]; ++n) {
       while (m < rays.first[q + 1] && rays.intervals[m].hi < rays.intervals[n].lo) ++m;
       for (std::uint32_t o = m; o < rays.first[q + 1] && rays.intervals[o].lo <= rays.intervals[n].hi; ++o)
-        parent[root(o)] = root(n);
+        joined.unite(static_cast<int>(o), static_cast<int>(n));
     }
   };
   const auto columns = static_cast<std::size_t>(rays.grid.nx);
@@ -374,12 +379,9 @@ ClosestPoint deepest_point(const SurfaceQuery& surface, const Progress& progress
   int samples = 0;
   const auto depth_at = [&](const Eigen::Vector3d& p) {
     ++samples;
-    surface.line_hits(p.head<2>(), hits);
-    int winding = 0;
-    for (const LineHit& hit : hits)
-      if (hit.z_mm < p.z()) winding += hit.sign;
+    closed_line_hits(surface, p.head<2>(), hits);
     const ClosestPoint closest = surface.closest(p, 2 * diagonal);
-    const double depth = winding > 0 ? closest.distance_mm : -closest.distance_mm;
+    const double depth = winding_below(hits, p.z()) > 0 ? closest.distance_mm : -closest.distance_mm;
     if (depth > best.distance_mm) best = {depth, p, closest.triangle};
     return depth;
   };

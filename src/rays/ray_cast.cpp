@@ -49,8 +49,6 @@ void append_intervals(const std::vector<LineHit>& hits, Region region, std::vect
   }
 }
 
-enum class RayState : unsigned char { good, recast, bad };
-
 }  // namespace
 
 RayRep cast_rays(const SurfaceQuery& surface, const RayGrid& grid, Region region, CastReport* report, const Progress& progress) {
@@ -59,7 +57,7 @@ RayRep cast_rays(const SurfaceQuery& surface, const RayGrid& grid, Region region
   const auto rows = static_cast<std::size_t>(grid.ny);
   const auto columns = static_cast<std::size_t>(grid.nx);
   std::vector<std::vector<Interval>> row_intervals(rows);
-  std::vector<RayState> states(grid.size(), RayState::good);
+  std::vector<LineAnswer> answers(grid.size(), LineAnswer::proposed);
   RayRep rays;
   rays.grid = grid;
   rays.first.assign(grid.size() + 1, 0);
@@ -74,15 +72,12 @@ RayRep cast_rays(const SurfaceQuery& surface, const RayGrid& grid, Region region
       for (std::size_t i = 0; i < columns; ++i) {
         const std::size_t ray = j * columns + i;
         const Eigen::Vector2d xy = grid.at(ray);
-        surface.line_hits(xy, hits);
-        join_coincident(hits, tolerance_mm);
-        if (!closes(hits)) {
-          line_hits_brute_force(surface.mesh(), xy, hits);
-          join_coincident(hits, tolerance_mm);
-          states[ray] = closes(hits) ? RayState::recast : RayState::bad;
-        }
+        answers[ray] = closed_line_hits(surface, xy, hits, [tolerance_mm](std::vector<LineHit>& found) {
+          join_coincident(found, tolerance_mm);
+          return closes(found);
+        });
         of_ray.clear();
-        if (states[ray] != RayState::bad) append_intervals(hits, region, of_ray);
+        if (answers[ray] != LineAnswer::open) append_intervals(hits, region, of_ray);
         rays.first[ray + 1] = static_cast<std::uint32_t>(of_ray.size());
         row_intervals[j].insert(row_intervals[j].end(), of_ray.begin(), of_ray.end());
       }
@@ -96,8 +91,8 @@ RayRep cast_rays(const SurfaceQuery& surface, const RayGrid& grid, Region region
     *report = {};
     report->rays = grid.size();
     for (std::size_t ray = 0; ray < grid.size(); ++ray) {
-      if (states[ray] == RayState::recast) ++report->recast;
-      if (states[ray] == RayState::bad && report->bad++ == 0) report->first_bad_mm = grid.at(ray);
+      if (answers[ray] == LineAnswer::recast) ++report->recast;
+      if (answers[ray] == LineAnswer::open && report->bad++ == 0) report->first_bad_mm = grid.at(ray);
     }
   }
   return rays;

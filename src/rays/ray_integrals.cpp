@@ -32,6 +32,14 @@ struct RowParabola {
   double blur;  ///< of the discriminant, in the spread
 };
 
+/// The intervals of a row: where they are and their ends.
+struct RowIntervals {
+  const double* x;
+  const double* lo;
+  const double* hi;
+  std::uint32_t count;  ///< a multiple of kLanes
+};
+
 template <bool kWithSpread>
 inline __attribute__((always_inline)) void sum_block(const double* __restrict x, const double* __restrict lo,
                                                      const double* __restrict hi, const RowParabola& p,
@@ -91,21 +99,19 @@ double lane_sum(const double (&lanes)[kLanes]) {
 }
 
 /// The row's sums.
-RAYREP_CLONES void sum_row(const double* x, const double* lo, const double* hi, std::uint32_t count, const RowParabola& p,
-                           double* row) {
+RAYREP_CLONES void sum_row(const RowIntervals& row, const RowParabola& p, double* result) {
   double sums[kRowSums][kLanes] = {};
-  for (std::uint32_t n = 0; n < count; n += kLanes) sum_block<false>(x + n, lo + n, hi + n, p, sums, nullptr);
-  for (int k = 0; k < kRowSums; ++k) row[k] = lane_sum(sums[k]);
+  for (std::uint32_t n = 0; n < row.count; n += kLanes) sum_block<false>(row.x + n, row.lo + n, row.hi + n, p, sums, nullptr);
+  for (int k = 0; k < kRowSums; ++k) result[k] = lane_sum(sums[k]);
 }
 
 /// The row's sums, then those of its free ends.
-RAYREP_CLONES void sum_row_and_ends(const double* x, const double* lo, const double* hi, std::uint32_t count, const RowParabola& p,
-                                    double* row) {
+RAYREP_CLONES void sum_row_and_ends(const RowIntervals& row, const RowParabola& p, double* result) {
   double sums[kRowSums][kLanes] = {};
   double ends[kEndSums][kLanes] = {};
-  for (std::uint32_t n = 0; n < count; n += kLanes) sum_block<true>(x + n, lo + n, hi + n, p, sums, ends);
-  for (int k = 0; k < kRowSums; ++k) row[k] = lane_sum(sums[k]);
-  for (int k = 0; k < kEndSums; ++k) row[kRowSums + k] = lane_sum(ends[k]);
+  for (std::uint32_t n = 0; n < row.count; n += kLanes) sum_block<true>(row.x + n, row.lo + n, row.hi + n, p, sums, ends);
+  for (int k = 0; k < kRowSums; ++k) result[k] = lane_sum(sums[k]);
+  for (int k = 0; k < kEndSums; ++k) result[kRowSums + k] = lane_sum(ends[k]);
 }
 
 /// Exponents of x, y, z in phi.
@@ -186,11 +192,11 @@ RayIntegrals::Pass RayIntegrals::sum(const Moments& q, double blur) const {
                           scaled[MXX],
                           a > 1e-60 ? std::max(blur, 1e-14) : 0.0};
       double s[kRowSums + kEndSums];
-      const std::uint32_t count = row.last - row.first;
+      const RowIntervals intervals{&x_[row.first], &lo_[row.first], &hi_[row.first], row.last - row.first};
       if constexpr (kWithSpread)
-        sum_row_and_ends(&x_[row.first], &lo_[row.first], &hi_[row.first], count, p, s);
+        sum_row_and_ends(intervals, p, s);
       else
-        sum_row(&x_[row.first], &lo_[row.first], &hi_[row.first], count, p, s);
+        sum_row(intervals, p, s);
       Moments m;
       m << s[0], s[1], y * s[0], s[3], s[2], y * y * s[0], s[5], y * s[1], y * s[3], s[4];
       part.moments += m;

@@ -9,8 +9,6 @@
 namespace rayrep {
 namespace {
 
-using Matrix10 = Eigen::Matrix<double, 10, 10>;
-
 /// Solves at one height and bounds the intervals below and above it.
 class Height {
 public:
@@ -20,11 +18,11 @@ public:
         constant_(constant),
         l_(l),
         T_(moment_map(Eigen::Affine3d(Eigen::Translation3d(0, 0, -l)))) {
-    const SpinGoal fixed({.lambda = 0, .gamma_c = 0, .gamma_i = 1}, true, true, problem.volume_mm3, problem.length_mm);
-    const MappedGoal goal(fixed, T_);
+    const Goal fixed = spin_goal({.lambda = 0, .gamma_c = 0, .gamma_i = 1}, true, true, problem.volume_mm3, problem.length_mm);
+    const Goal goal = mapped(fixed, T_);
     solution_ = solve_quadric(goal, rays, constant);
     evaluations_ = solution_.evaluations;
-    J_ = fixed.constraint_jacobian(constant);
+    J_ = fixed.J;
     if (solution_.infeasible) {
       margin_ = separation_margin(goal, solution_.separation, rays, constant);
       ++evaluations_;
@@ -115,10 +113,11 @@ HeightBound bound_heights(const CertifiedSpin& problem, const RayIntegrals& rays
 }
 
 SpinCertificate certify_spin(const CertifiedSpin& problem, const RayIntegrals& rays, const Moments& constant,
-                             const Interval& heights, const CertifyOptions& options, const Progress& progress) {
+                             const CertifyOptions& options, const Progress& progress) {
+  const Interval& heights = options.heights;
   SpinCertificate certificate;
-  const SpinGoal goal({.lambda = problem.yoyo ? 0 : problem.lambda, .gamma_c = 0, .gamma_i = problem.gamma_i}, true, problem.yoyo,
-                      problem.volume_mm3, problem.length_mm);
+  const Goal goal = spin_goal({.lambda = problem.yoyo ? 0 : problem.lambda, .gamma_c = 0, .gamma_i = problem.gamma_i}, true,
+                              problem.yoyo, problem.volume_mm3, problem.length_mm);
   QuadricSolution& best = certificate.best;
   best = solve_quadric(goal, rays, constant);
   certificate.evaluations = best.evaluations;

@@ -3,75 +3,71 @@
 #include <algorithm>
 #include <cassert>
 
+#include "base/linear_algebra.h"
+
 namespace rayrep {
 
-Eigen::Matrix<double, 10, 10> Goal::constraint_hessian(const Moments&, const Eigen::VectorXd&) const {
-  return Eigen::Matrix<double, 10, 10>::Zero();
+namespace {
+
+/// a.s + 0, under no constraints yet.
+Goal linear(const Moments& a) {
+  Goal goal;
+  goal.affine = true;
+  goal.f = [a](const Moments& s) { return Derivatives{a.dot(s), a, Matrix10::Zero()}; };
+  return goal;
 }
 
-double MappedGoal::objective(const Moments& s) const { return goal_.objective(T_ * s); }
-
-Moments MappedGoal::gradient(const Moments& s) const { return T_.transpose() * goal_.gradient(T_ * s); }
-
-Eigen::Matrix<double, 10, 10> MappedGoal::hessian(const Moments& s) const { return T_.transpose() * goal_.hessian(T_ * s) * T_; }
-
-Eigen::VectorXd MappedGoal::constraint_values(const Moments& s) const { return goal_.constraint_values(T_ * s); }
-
-Eigen::Matrix<double, Eigen::Dynamic, 10> MappedGoal::constraint_jacobian(const Moments& s) const {
-  return goal_.constraint_jacobian(T_ * s) * T_;
+void set_constraints(Goal& goal, Eigen::Index count) {
+  goal.J = Eigen::Matrix<double, Eigen::Dynamic, 10>::Zero(count, 10);
+  goal.c_0 = Eigen::VectorXd::Zero(count);
 }
 
-Eigen::Matrix<double, 10, 10> MappedGoal::constraint_hessian(const Moments& s, const Eigen::VectorXd& mu) const {
-  return T_.transpose() * goal_.constraint_hessian(T_ * s, mu) * T_;
+}  // namespace
+
+Goal linear_goal(const Moments& q, const Goal& other) {
+  Goal goal = linear(q);
+  goal.J = other.J;
+  goal.c_0 = other.c_0;
+  return goal;
 }
 
-FloatGoal::FloatGoal(double material_mm3, const Eigen::Vector2d& centre_of_buoyancy_mm, double length_mm)
-    : volume_(material_mm3), length_(length_mm), centre_(centre_of_buoyancy_mm) {
+Goal mapped(const Goal& goal, const Matrix10& T) {
+  Goal result;
+  result.J = product(goal.J, T);
+  result.c_0 = goal.c_0;
+  result.affine = goal.affine;
+  result.f = [f = goal.f, T](const Moments& s) {
+    const Derivatives d = f(T * s);
+    return Derivatives{d.value, T.transpose() * d.gradient, restricted(d.hessian, T)};
+  };
+  return result;
+}
+
+Goal float_goal(double material_mm3, const Eigen::Vector2d& centre_of_buoyancy_mm, double length_mm) {
   assert(material_mm3 > 0 && length_mm > 0);
-}
-
-double FloatGoal::objective(const Moments& s) const { return s[MZ] / (volume_ * length_); }
-
-Moments FloatGoal::gradient(const Moments&) const {
-  Moments g = Moments::Zero();
-  g[MZ] = 1 / (volume_ * length_);
-  return g;
-}
-
-Eigen::Matrix<double, 10, 10> FloatGoal::hessian(const Moments&) const { return Eigen::Matrix<double, 10, 10>::Zero(); }
-
-Eigen::VectorXd FloatGoal::constraint_values(const Moments& s) const {
-  Eigen::Vector3d c = constraint_jacobian(s) * s;
-  c[0] -= 1;
-  return c;
-}
-
-Eigen::Matrix<double, Eigen::Dynamic, 10> FloatGoal::constraint_jacobian(const Moments&) const {
-  Eigen::Matrix<double, Eigen::Dynamic, 10> J = Eigen::Matrix<double, Eigen::Dynamic, 10>::Zero(3, 10);
-  J(0, M1) = 1 / volume_;
+  const Moments unit = moment_units(material_mm3, length_mm);
+  Goal goal;
+  goal.affine = true;
+  goal.f = [unit_z = unit[MZ]](const Moments& s) {
+    return Derivatives{s[MZ] / unit_z, Moments::Unit(MZ) / unit_z, Matrix10::Zero()};
+  };
+  set_constraints(goal, 3);
+  goal.J(0, M1) = 1 / unit[M1];
   for (int k = 0; k < 2; ++k) {
-    J(1 + k, MX + k) = 1 / (volume_ * length_);
-    J(1 + k, M1) = -centre_[k] / (volume_ * length_);
+    goal.J(1 + k, MX + k) = 1 / unit[MX];
+    goal.J(1 + k, M1) = -centre_of_buoyancy_mm[k] / unit[MX];
   }
-  return J;
+  goal.c_0[0] = -1;
+  return goal;
 }
 
 namespace {
 
-using Matrix10 = Eigen::Matrix<double, 10, 10>;
-
-/// A scalar function of the moments with its derivatives.
-struct Term {
-  double value = 0;
-  Moments gradient = Moments::Zero();
-  Matrix10 hessian = Matrix10::Zero();
-};
-
 /// s_z^2 / m.
-Term steiner(const Moments& s) {
+Derivatives steiner(const Moments& s) {
   const double m = s[M1];
   const double z = s[MZ];
-  Term t;
+  Derivatives t;
   t.value = z * z / m;
   t.gradient[M1] = -z * z / (m * m);
   t.gradient[MZ] = 2 * z / m;
@@ -82,8 +78,8 @@ Term steiner(const Moments& s) {
 }
 
 /// R = (I~xx^2 + I~yy^2 + 2 I~xy^2) / Izz^2.
-Term inertia_term(const Moments& s) {
-  const Term w = steiner(s);
+Derivatives inertia_term(const Moments& s) {
+  const Derivatives w = steiner(s);
   // u = (I~xx, I~yy, s_xy, Izz); only the first two are curved.
   const Eigen::Vector4d u(s[MYY] + s[MZZ] - w.value, s[MXX] + s[MZZ] - w.value, s[MXY], s[MXX] + s[MYY]);
   Eigen::Matrix<double, 4, 10> du = Eigen::Matrix<double, 4, 10>::Zero();
@@ -100,24 +96,25 @@ Term inertia_term(const Moments& s) {
   ddR =
       ddR / d2 - (2 / (d2 * u[3])) * (dn * d.transpose() + d * dn.transpose()) + (6 * numerator / (d2 * d2)) * (d * d.transpose());
 
-  Term t;
+  Derivatives t;
   t.value = numerator / d2;
   t.gradient = du.transpose() * dR;
-  t.hessian = du.transpose() * ddR * du - (dR[0] + dR[1]) * w.hessian;
+  const Eigen::Matrix<double, 10, 4> half = du.transpose() * ddR;
+  t.hessian = product(half, du) - (dR[0] + dR[1]) * w.hessian;
   return t;
 }
 
-Term inverse(const Term& a) {
+Derivatives inverse(const Derivatives& a) {
   const double v = a.value;
   return {1 / v, -a.gradient / (v * v), -a.hessian / (v * v) + (2 / (v * v * v)) * (a.gradient * a.gradient.transpose())};
 }
 
 /// lambda c_z / L + gamma_c (s_z / (V L))^2 + gamma_i (R or 1 / R).
-Term spin_objective(const Moments& s, const SpinGoal::Weights& weights, bool largest, double volume, double length) {
-  const Term R = largest ? inertia_term(s) : inverse(inertia_term(s));
+Derivatives spin_objective(const Moments& s, const SpinWeights& weights, bool largest, double volume, double length) {
+  const Derivatives R = largest ? inertia_term(s) : inverse(inertia_term(s));
   const double m = s[M1];
   const double z = s[MZ];
-  Term t{weights.gamma_i * R.value, weights.gamma_i * R.gradient, weights.gamma_i * R.hessian};
+  Derivatives t{weights.gamma_i * R.value, weights.gamma_i * R.gradient, weights.gamma_i * R.hessian};
   const double l = weights.lambda / length;
   t.value += l * z / m;
   t.gradient[M1] -= l * z / (m * m);
@@ -134,59 +131,39 @@ Term spin_objective(const Moments& s, const SpinGoal::Weights& weights, bool lar
 
 }  // namespace
 
-SpinGoal::SpinGoal(const Weights& weights, bool largest, bool yoyo, double volume_mm3, double length_mm)
-    : weights_(weights), largest_(largest), yoyo_(yoyo), volume_(volume_mm3), length_(length_mm) {
+Goal spin_goal(const SpinWeights& weights, bool largest, bool yoyo, double volume_mm3, double length_mm) {
   assert(volume_mm3 > 0 && length_mm > 0);
+  Goal goal;
+  goal.f = [=](const Moments& s) { return spin_objective(s, weights, largest, volume_mm3, length_mm); };
+  set_constraints(goal, yoyo ? 5 : 4);
+  goal.J(0, MX) = goal.J(1, MY) = 1 / (volume_mm3 * length_mm);
+  goal.J(2, MXZ) = goal.J(3, MYZ) = 1 / (volume_mm3 * length_mm * length_mm);
+  if (yoyo) goal.J(4, MZ) = 1 / (volume_mm3 * length_mm);
+  return goal;
 }
 
-double SpinGoal::objective(const Moments& s) const { return spin_objective(s, weights_, largest_, volume_, length_).value; }
+double inertia_ratio(const Moments& s) { return inertia_term(s).value; }
 
-Moments SpinGoal::gradient(const Moments& s) const { return spin_objective(s, weights_, largest_, volume_, length_).gradient; }
-
-Matrix10 SpinGoal::hessian(const Moments& s) const { return spin_objective(s, weights_, largest_, volume_, length_).hessian; }
-
-Eigen::VectorXd SpinGoal::constraint_values(const Moments& s) const { return constraint_jacobian(s) * s; }
-
-Eigen::Matrix<double, Eigen::Dynamic, 10> SpinGoal::constraint_jacobian(const Moments&) const {
-  Eigen::Matrix<double, Eigen::Dynamic, 10> J = Eigen::Matrix<double, Eigen::Dynamic, 10>::Zero(constraints(), 10);
-  J(0, MX) = J(1, MY) = 1 / (volume_ * length_);
-  J(2, MXZ) = J(3, MYZ) = 1 / (volume_ * length_ * length_);
-  if (yoyo_) J(4, MZ) = 1 / (volume_ * length_);
-  return J;
-}
-
-double SpinGoal::inertia_ratio(const Moments& s) const { return inertia_term(s).value; }
-
-StandGoal::StandGoal(const Eigen::Vector2d& target_mm, double volume_mm3, double length_mm)
-    : target_(target_mm), volume_(volume_mm3), length_(length_mm) {
+Goal stand_goal(const Eigen::Vector2d& target_mm, double volume_mm3, double length_mm) {
   assert(volume_mm3 > 0 && length_mm > 0);
-}
-
-double StandGoal::objective(const Moments& s) const { return s[MZ] / (length_ * s[M1]); }
-
-Moments StandGoal::gradient(const Moments& s) const {
-  Moments g = Moments::Zero();
-  g[M1] = -s[MZ] / (length_ * s[M1] * s[M1]);
-  g[MZ] = 1 / (length_ * s[M1]);
-  return g;
-}
-
-Matrix10 StandGoal::hessian(const Moments& s) const {
-  Matrix10 H = Matrix10::Zero();
-  H(M1, M1) = 2 * s[MZ] / (length_ * s[M1] * s[M1] * s[M1]);
-  H(M1, MZ) = H(MZ, M1) = -1 / (length_ * s[M1] * s[M1]);
-  return H;
-}
-
-Eigen::VectorXd StandGoal::constraint_values(const Moments& s) const { return constraint_jacobian(s) * s; }
-
-Eigen::Matrix<double, Eigen::Dynamic, 10> StandGoal::constraint_jacobian(const Moments&) const {
-  Eigen::Matrix<double, Eigen::Dynamic, 10> J = Eigen::Matrix<double, Eigen::Dynamic, 10>::Zero(2, 10);
+  const Moments unit = moment_units(volume_mm3, length_mm);
+  Goal goal;
+  goal.f = [L = length_mm](const Moments& s) {
+    const double m = s[M1];
+    Derivatives d;
+    d.value = s[MZ] / (L * m);
+    d.gradient[M1] = -s[MZ] / (L * m * m);
+    d.gradient[MZ] = 1 / (L * m);
+    d.hessian(M1, M1) = 2 * s[MZ] / (L * m * m * m);
+    d.hessian(M1, MZ) = d.hessian(MZ, M1) = -1 / (L * m * m);
+    return d;
+  };
+  set_constraints(goal, 2);
   for (int k = 0; k < 2; ++k) {
-    J(k, MX + k) = 1 / (volume_ * length_);
-    J(k, M1) = -target_[k] / (volume_ * length_);
+    goal.J(k, MX + k) = 1 / unit[MX];
+    goal.J(k, M1) = -target_mm[k] / unit[MX];
   }
-  return J;
+  return goal;
 }
 
 namespace {
@@ -208,7 +185,7 @@ Moments trace() {
   return a;
 }
 
-/// Volume, static moment or entry of the inertia tensor about the origin along the given axes, unit density.
+/// Volume, static moment or entry of the inertia tensor about the origin along the given axes, unit density. theory.md (34a)
 Moments inertial_functional(MomentIndex number, const Eigen::Matrix3d& axes) {
   Moments a = Moments::Zero();
   if (number == M1)
@@ -240,10 +217,8 @@ TargetGoal::TargetGoal(const Setup& setup) {
       for (const Moments& g : given) a -= g.dot(a) * g;
     return Moments(a / size);
   };
-  std::vector<double> offsets;
-  jacobian_.resize(static_cast<Eigen::Index>(
-                       std::count_if(setup.wanted.begin(), setup.wanted.end(), [](const auto& w) { return w.has_value(); })),
-                   10);
+  set_constraints(*this, std::count_if(setup.wanted.begin(), setup.wanted.end(), [](const auto& w) { return w.has_value(); }));
+  Eigen::Index row = 0;
   for (int k = M1; k <= MXZ; ++k) {
     const std::optional<double>& wanted = setup.wanted[static_cast<std::size_t>(k)];
     if (!wanted) continue;
@@ -251,14 +226,13 @@ TargetGoal::TargetGoal(const Setup& setup) {
     given.push_back(free_part(a).normalized());
     const bool to_itself = k == M1 || (k >= MXX && k <= MZZ);
     const double scale = to_itself ? rho / *wanted : 1 / unit[k];
-    jacobian_.row(static_cast<Eigen::Index>(offsets.size())) = scale * a.transpose();
-    offsets.push_back(k >= MX && k <= MZ ? 0 : -scale * *wanted / rho);
+    J.row(row) = scale * a.transpose();
+    c_0[row++] = k >= MX && k <= MZ ? 0 : -scale * *wanted / rho;
   }
-  offset_ = Eigen::Map<const Eigen::VectorXd>(offsets.data(), static_cast<Eigen::Index>(offsets.size()));
 
   const auto choose = [&](const std::optional<Wish>& wish, const Moments& a) {
-    if (chosen_.size() == 3 || free_part(a).norm() < 1e-6) return;
-    chosen_.push_back({wish, a});
+    if (chosen.size() == 3 || free_part(a).norm() < 1e-6) return;
+    chosen.push_back({wish, a});
   };
   const auto choose_number = [&](const Wish& wish) {
     choose(wish, (wish.largest ? -1 : 1) / unit[wish.number] * inertial_functional(wish.number, setup.axes));
@@ -270,11 +244,14 @@ TargetGoal::TargetGoal(const Setup& setup) {
   choose(setup.axes.col(2) == setup.up ? std::optional(Wish{MZ}) : std::nullopt, height);
   choose(std::nullopt, 2 / unit[MXX] * trace());
   for (int k = M1; k <= MXZ; ++k) choose_number({static_cast<MomentIndex>(k)});
+  Moments gradient = Moments::Zero();
   double weight = 1;
-  for (const Chosen& chosen : chosen_) {
-    gradient_ += weight * chosen.gradient;
+  for (const Chosen& one : chosen) {
+    gradient += weight * one.gradient;
     weight *= setup.weight;
   }
+  affine = true;
+  f = linear(gradient).f;
 }
 
 }  // namespace rayrep

@@ -6,29 +6,6 @@
 #include "rayrep/solve/solve_octree.h"
 
 namespace rayrep {
-namespace {
-
-/// q.s under the constraints of another goal.
-class Linear final : public Goal {
-public:
-  Linear(const Goal& goal, const Moments& q) : goal_(goal), q_(q) {}
-  int constraints() const override { return goal_.constraints(); }
-  bool affine() const override { return true; }
-  double objective(const Moments& s) const override { return q_.dot(s); }
-  Moments gradient(const Moments&) const override { return q_; }
-  Eigen::Matrix<double, 10, 10> hessian(const Moments&) const override { return Eigen::Matrix<double, 10, 10>::Zero(); }
-  Eigen::VectorXd constraint_values(const Moments& s) const override { return goal_.constraint_values(s); }
-  Eigen::Matrix<double, Eigen::Dynamic, 10> constraint_jacobian(const Moments& s) const override {
-    return goal_.constraint_jacobian(s);
-  }
-
-private:
-  const Goal& goal_;
-  Moments q_;
-};
-
-}  // namespace
-
 InteriorSolver::Solved InteriorSolver::solve(const Moments& constant, const Progress& progress) {
   switch (setup_.solver) {
     case Solver::quadric:
@@ -109,9 +86,10 @@ InteriorSolver::Solved InteriorSolver::solve_octree(const Moments& constant, con
   const double tolerance = options.solve.tolerance;
   options.solve = setup_.options;
   options.solve.tolerance = std::max(tolerance, setup_.options.tolerance);
+  options.scale = setup_.scale;
   options.start_fill = setup_.start_fill;
   Solved solved;
-  const OctreeReport octree = rayrep::solve_octree(goal_, domain_, constant, setup_.scale, options, progress);
+  const OctreeReport octree = rayrep::solve_octree(goal_, domain_, constant, options, progress);
   solved.report = octree.solve;
   solved.report.solver = "octree (Ipopt)";
   solved.report.iterations = octree.iterations;
@@ -122,7 +100,7 @@ InteriorSolver::Solved InteriorSolver::solve_octree(const Moments& constant, con
 }
 
 InteriorSolver::Solved InteriorSolver::adjusted(const Solved& cells, const Moments& constant) const {
-  const QuadricSolution exact = rayrep::solve_quadric(Linear(goal_, cells.q), integrals_, constant);
+  const QuadricSolution exact = rayrep::solve_quadric(linear_goal(cells.q, goal_), integrals_, constant);
   Solved solved = cells;
   if (!exact.converged) {
     solved.report.status = SolveStatus::failed;

@@ -30,8 +30,8 @@ InteriorNlp::InteriorNlp(const Goal& goal, const Interior& interior, const Momen
   unit_ = moment_units(scale.volume_mm3, scale.length_mm) / n_;
   // A moment takes part when a constraint or a curved objective depends on it. Dependence does not change with s.
   const Moments s = constant_ + interior_.moments(interior_.start(fill));
-  Moments used = goal_.constraint_jacobian(s).cwiseAbs().colwise().sum().transpose();
-  if (!goal_.affine()) used += goal_.hessian(s).cwiseAbs().rowwise().sum() + goal_.gradient(s).cwiseAbs();
+  Moments used = goal_.J.cwiseAbs().colwise().sum().transpose();
+  if (!goal_.affine) used += goal_.hessian(s).cwiseAbs().rowwise().sum() + goal_.gradient(s).cwiseAbs();
   for (int k = 0; k < 10; ++k)
     if (used[k] > 0) chained_.push_back(k);
   chained_are_linear_ = std::all_of(chained_.begin(), chained_.end(), linear_moment);
@@ -69,7 +69,7 @@ Moments InteriorNlp::body(const Eigen::VectorXd& x) const { return constant_ + i
 
 /// The goal's argument: the end of the chain where moments are chained, else from the interior.
 Moments InteriorNlp::last_sum(const Eigen::VectorXd& x) const {
-  Moments s = goal_.affine() ? body(x) : constant_;
+  Moments s = goal_.affine ? body(x) : constant_;
   for (Eigen::Index k = 0; k < chained(); ++k) {
     const int moment = chained_[static_cast<std::size_t>(k)];
     s[moment] = unit_[moment] * x[x.size() - chained() + k];
@@ -100,7 +100,7 @@ double InteriorNlp::objective(const Eigen::VectorXd& x) const {
 Eigen::VectorXd InteriorNlp::gradient(const Eigen::VectorXd& x) const {
   Eigen::VectorXd g = Eigen::VectorXd::Zero(variables());
   const Moments by_s = n_ * goal_.gradient(last_sum(x));
-  if (goal_.affine()) {
+  if (goal_.affine) {
     Moments direct = by_s;
     for (const int moment : chained_) direct[moment] = 0;
     g.head(interior_.variables()) = variable_unit_ * (interior_.jacobian(interior_variables(x)).transpose() * direct);
@@ -155,9 +155,10 @@ Nlp::Pattern InteriorNlp::jacobian_pattern() const {
         pattern.emplace_back(row, v);
     }
   const int goal_row = static_cast<int>(chunks()) * m;
-  for (int row = 0; row < goal_.constraints(); ++row)
+  const auto goal_rows = static_cast<int>(goal_.constraints());
+  for (int row = 0; row < goal_rows; ++row)
     for (int k = 0; k < m; ++k) pattern.emplace_back(goal_row + row, n + goal_row - m + k);
-  int row = goal_row + goal_.constraints();
+  int row = goal_row + goal_rows;
   for (int v = 0; v < 2 * static_cast<int>(pair_lengths_.size()); ++v, ++row) {
     pattern.emplace_back(row, v - v % 2);
     pattern.emplace_back(row, v - v % 2 + 1);
@@ -176,7 +177,7 @@ Eigen::VectorXd InteriorNlp::jacobian_values(const Eigen::VectorXd& x) const {
       for (Eigen::Index v = chunk * chunk_; v < std::min(z.size(), (chunk + 1) * chunk_); ++v)
         values.push_back(-variable_unit_ * J(moment, v) / unit_[moment]);
     }
-  const Eigen::Matrix<double, Eigen::Dynamic, 10> C = goal_.constraint_jacobian(last_sum(x));
+  const auto& C = goal_.J;
   for (Eigen::Index row = 0; row < C.rows(); ++row)
     for (const int moment : chained_) values.push_back(n_ * C(row, moment) * unit_[moment]);
   for (Eigen::Index k = 0; k < pair_lengths_.size(); ++k) {
@@ -189,7 +190,7 @@ Eigen::VectorXd InteriorNlp::jacobian_values(const Eigen::VectorXd& x) const {
 Nlp::Pattern InteriorNlp::hessian_pattern() const {
   Pattern pattern;
   for (int v = 0; v < static_cast<int>(interior_.variables()); ++v) pattern.emplace_back(v, v);
-  if (!goal_.affine()) {
+  if (!goal_.affine) {
     const auto first = static_cast<int>(variables() - chained());
     for (int k = 0; k < static_cast<int>(chained()); ++k)
       for (int l = 0; l <= k; ++l) pattern.emplace_back(first + k, first + l);
@@ -205,7 +206,7 @@ Eigen::VectorXd InteriorNlp::hessian_values(const Eigen::VectorXd& x, double obj
   std::vector<double> values;
   std::vector<double> of_pairs;
   Moments direct = Moments::Zero();
-  if (goal_.affine()) {
+  if (goal_.affine) {
     direct = objective_factor * n_ * goal_.gradient(s);
     for (const int moment : chained_) direct[moment] = 0;
   }
@@ -235,9 +236,8 @@ Eigen::VectorXd InteriorNlp::hessian_values(const Eigen::VectorXd& x, double obj
     values[static_cast<std::size_t>(i)] += pull * weight;
     values[static_cast<std::size_t>(j)] += pull * weight;
   }
-  if (!goal_.affine()) {
-    const Eigen::VectorXd goal_mu = mu.segment(chunks() * chained(), goal_.constraints());
-    const Eigen::Matrix<double, 10, 10> H = n_ * (objective_factor * goal_.hessian(s) + goal_.constraint_hessian(s, goal_mu));
+  if (!goal_.affine) {
+    const Matrix10 H = n_ * (objective_factor * goal_.hessian(s));
     for (std::size_t k = 0; k < chained_.size(); ++k)
       for (std::size_t l = 0; l <= k; ++l) values.push_back(H(chained_[k], chained_[l]) * unit_[chained_[k]] * unit_[chained_[l]]);
   }
@@ -249,7 +249,7 @@ Eigen::VectorXd InteriorNlp::hessian_values(const Eigen::VectorXd& x, double obj
 Moments InteriorNlp::switching(const Eigen::VectorXd& mu) const {
   // Along the chain all multipliers of a moment agree; take the last, next to the goal.
   Moments q = Moments::Zero();
-  if (goal_.affine()) q = n_ * goal_.gradient(constant_);
+  if (goal_.affine) q = n_ * goal_.gradient(constant_);
   for (Eigen::Index k = 0; k < chained(); ++k) {
     const int moment = chained_[static_cast<std::size_t>(k)];
     q[moment] = -mu[(chunks() - 1) * chained() + k] / unit_[moment];

@@ -1,9 +1,5 @@
 #include "rayrep/solve/quadric.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -11,10 +7,11 @@
 #include <limits>
 #include <vector>
 
+#include "base/linear_algebra.h"
+
 namespace rayrep {
 namespace {
 
-using Matrix10 = Eigen::Matrix<double, 10, 10>;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kWarmEvaluations = 40;  ///< that a warm start may take before it is given up for a cold one
 
@@ -28,8 +25,8 @@ public:
     const Eigen::Vector3d centre = solid.segment<3>(MX) / solid[M1];
     const double length = std::sqrt(std::max(std::abs(solid.segment<3>(MXX).sum() / solid[M1]), centre.squaredNorm()));
     unit_ = moment_units(volume, length);
-    J_ = goal.constraint_jacobian(solid) * unit_.asDiagonal();
-    c_0_ = goal.constraint_values(Moments::Zero());
+    J_ = goal.J * unit_.asDiagonal();
+    c_0_ = goal.c_0;
   }
 
   struct Evaluation {
@@ -112,14 +109,14 @@ DualPoint maximise(Problem& problem, const Dual& dual, DualPoint from, int max_e
                    const std::function<bool(const DualPoint&)>& done) {
   double damping = 0;
   while (!done(from) && problem.evaluations() < max_evaluations) {
-    Eigen::MatrixXd H = dual.K * from.at.spread * dual.K.transpose();
+    Eigen::MatrixXd H = congruence(dual.K, from.at.spread);
     const double size = H.diagonal().maxCoeff();
     H.diagonal() += dual.W;
     Eigen::VectorXd step;
     if (size > 0) {
       // Multipliers that move no free end have no curvature: damp them, ever less as steps succeed.
       H.diagonal().array() += size * std::max(damping, 1e-13);
-      step = H.ldlt().solve(from.gradient);
+      step = solve_symmetric(H, from.gradient);
     } else {
       // No end is free: go uphill as far as q is long, where some should be.
       step = from.q.norm() / (dual.K.transpose() * from.gradient).norm() * from.gradient;
@@ -239,12 +236,10 @@ KktPoint kkt_at(Problem& problem, const Moments& s, const Eigen::VectorXd& mu, c
 /// function moves s by -P dq; for J P dq = 0 the objective changes by dq.(P H P + P) dq / 2.
 bool is_minimum(const Problem& problem, const KktPoint& p) {
   const Matrix10& P = p.at.spread;
-  const Eigen::MatrixXd JP = problem.J() * P;
-  const Eigen::FullPivLU<Eigen::MatrixXd> lu(JP);
-  const Eigen::MatrixXd N = lu.kernel();
-  const Eigen::MatrixXd M = N.transpose() * (P * problem.hessian(p.s) * P + P) * N;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (M + M.transpose()), Eigen::EigenvaluesOnly);
-  return eigen.eigenvalues()[0] >= -1e-9 * std::max(1e-300, eigen.eigenvalues().cwiseAbs().maxCoeff());
+  const Eigen::MatrixXd N = kernel(product(problem.J(), P));
+  const Eigen::MatrixXd M = restricted(product(product(P, problem.hessian(p.s)), P) + P, N);
+  const Eigen::VectorXd values = symmetric_eigenvalues(0.5 * (M + M.transpose()));
+  return values[0] >= -1e-9 * std::max(1e-300, values.cwiseAbs().maxCoeff());
 }
 
 /// The residual of the KKT conditions, (S(q) - s, -c(s)).
@@ -261,11 +256,11 @@ KktPoint newton(Problem& problem, KktPoint from, double tolerance, int max_evalu
   const Eigen::Index m = problem.J().rows();
   while (residual(problem, from.s, from.at.s) > tolerance && problem.evaluations() < max_evaluations) {
     Eigen::MatrixXd K = Eigen::MatrixXd::Zero(10 + m, 10 + m);
-    K.topLeftCorner<10, 10>() = Matrix10::Identity() + from.at.spread * problem.hessian(from.s);
-    K.topRightCorner(10, m) = from.at.spread * problem.J().transpose();
+    K.topLeftCorner<10, 10>() = Matrix10::Identity() + product(from.at.spread, problem.hessian(from.s));
+    K.topRightCorner(10, m) = product(from.at.spread, problem.J().transpose());
     K.bottomLeftCorner(m, 10) = problem.J();
     const Eigen::VectorXd r = kkt_residual(problem, from);
-    const Eigen::VectorXd step = K.fullPivLu().solve(r);
+    const Eigen::VectorXd step = solve_square(K, r);
     if (!step.allFinite()) break;
     const auto along = [&](double length) {
       return kkt_at(problem, from.s + length * step.head<10>(), from.mu + length * step.tail(m), &from.q);
@@ -318,7 +313,7 @@ KktPoint newton(Problem& problem, KktPoint from, double tolerance, int max_evalu
 
 /// The multipliers that make q = grad F(s) + J^T mu shortest.
 Eigen::VectorXd shortest(const Problem& problem, const Moments& s) {
-  return -problem.J().transpose().completeOrthogonalDecomposition().solve(problem.gradient(s));
+  return -least_squares_transposed(problem.J(), problem.gradient(s));
 }
 
 /// B = L L^T: the objective's Hessian within the constraints and its level set, without its negative part. theory.md (30d)
@@ -326,10 +321,9 @@ Eigen::MatrixXd curvature_root(const Problem& problem, const Moments& s) {
   const Eigen::Index m = problem.J().rows();
   Eigen::MatrixXd normals(10, m + 1);
   normals << problem.J().transpose(), problem.gradient(s);
-  const Matrix10 Q = Eigen::HouseholderQR<Eigen::MatrixXd>(normals).householderQ();
-  const Eigen::MatrixXd Z = Q.rightCols(9 - m);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(Z.transpose() * problem.hessian(s) * Z);
-  return Z * eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+  const Eigen::MatrixXd Z = orthogonal_completion(normals).rightCols(9 - m);
+  const SymmetricEigen eigen = symmetric_eigen(restricted(problem.hessian(s), Z));
+  return product(Z, eigen.vectors) * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
 }
 
 /// Sequential quadratic programming over the attainable moments, a convex set: the convex model of the objective at s is minimised
@@ -503,15 +497,14 @@ QuadricSolution solve_curved(Problem& problem, const QuadricOptions& options) {
 
 QuadricSolution solve_quadric(const Goal& goal, const RayIntegrals& rays, const Moments& constant, const QuadricOptions& options) {
   Problem problem(goal, rays, constant);
-  QuadricSolution solution = goal.affine() ? solve_affine(problem, options) : solve_curved(problem, options);
+  QuadricSolution solution = goal.affine ? solve_affine(problem, options) : solve_curved(problem, options);
   solution.evaluations = problem.evaluations();
   return solution;
 }
 
 double separation_margin(const Goal& goal, const Eigen::VectorXd& y, const RayIntegrals& rays, const Moments& constant) {
-  const Eigen::VectorXd c_0 = goal.constraint_values(Moments::Zero());
-  const Moments q = goal.constraint_jacobian(constant).transpose() * y;
-  return y.dot(c_0) + q.dot(constant + rays.moments(q));
+  const Moments q = goal.J.transpose() * y;
+  return y.dot(goal.c_0) + q.dot(constant + rays.moments(q));
 }
 
 NearestSolution nearest_attainable(const Goal& goal, const RayIntegrals& rays, const Moments& constant, double tolerance) {
@@ -544,7 +537,7 @@ NearestSolution nearest_attainable(const Goal& goal, const RayIntegrals& rays, c
       Eigen::MatrixXd edges(x.size(), n);
       for (Eigen::Index k = 0; k < n; ++k) edges.col(k) = corners[static_cast<std::size_t>(k + 1)].c - corners[0].c;
       Eigen::VectorXd rest(n);
-      if (n > 0) rest = -edges.completeOrthogonalDecomposition().solve(corners[0].c);
+      if (n > 0) rest = -least_squares(edges, corners[0].c);
       Eigen::VectorXd weights(n + 1);
       weights << 1 - rest.sum(), rest;
       double step = 1;

@@ -5,15 +5,15 @@
 
 namespace rayrep {
 
-OctreeReport solve_octree(const Goal& goal, const RayRep& domain, const Moments& constant, const InteriorNlp::Scale& scale,
-                          const OctreeOptions& options, const Progress& progress) {
+OctreeReport solve_octree(const Goal& goal, const RayRep& domain, const Moments& constant, const OctreeOptions& options,
+                          const Progress& progress) {
   OctreeReport report;
   int start_level = options.start_level;
   std::vector<OctreeLeaf> leaves = uniform_leaves(domain, start_level);
   double before = std::numeric_limits<double>::infinity();
   for (;;) {
     const OctreeInterior interior(domain, leaves, options.laplacian_weight);
-    const InteriorNlp nlp(goal, interior, constant, scale, options.start_fill);
+    const InteriorNlp nlp(goal, interior, constant, options.scale, options.start_fill);
     report.solve = solve_ipopt(nlp, options.solve, progress);
     report.iterations += report.solve.iterations;
     const SolveStatus status = report.solve.status;

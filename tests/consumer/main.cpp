@@ -1,4 +1,4 @@
-#include <rayrep/rayrep.h>
+#include <rayrep/pieces.h>
 
 #include <array>
 #include <cmath>

@@ -21,12 +21,12 @@ using test::kPi;
 // Everything about it can be worked out by hand.
 struct Boat {
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();  // of the cavity
-  FloatGoalSpec goal;
+  FloatSpec goal;
 
   Boat() {
-    goal.density_g_cm3 = 1.24;
+    goal.print.density_g_cm3 = 1.24;
     goal.waterline_mm = mass_g() / 1e-3 / (60 * 40);
-    goal.wall_mm = 3;
+    goal.print.wall_mm = 3;
   }
   static double mass_g() { return 1.24e-3 * (60 * 40 * 30 - 50 * 30 * 20); }
   static Mesh outer() { return test::subdivided(test::box({-30, -20, 0}, {30, 20, 30}), 2); }
@@ -67,7 +67,7 @@ void expect_same_state(const FloatState& a, const FloatState& b, double toleranc
 TEST(FloatState, OfTheBoatByHand) {
   const Boat boat;
   const FloatState state = float_state(boat.mesh(), boat.goal, {}, true);
-  const double draught = boat.goal.waterline_mm;
+  const double draught = *boat.goal.waterline_mm;
   EXPECT_NEAR(state.body.mass_g, Boat::mass_g(), 1e-11);
   EXPECT_NEAR(state.body.centre_of_mass_mm.z(), (72000. * 15 - 30000. * 17) / 42000, 1e-12);
   EXPECT_NEAR(state.displaced_mass_g, Boat::mass_g(), 1e-11);
@@ -83,7 +83,7 @@ TEST(FloatState, OfTheBoatByHand) {
 
 TEST(FloatState, WithoutReleasesLeavesTheTiltAlone) {
   const Boat boat;
-  FloatLimits limits;
+  Limits limits;
   limits.release_tilt_rad = 3.1;
   EXPECT_EQ(float_state(boat.mesh(), boat.goal, limits, false).settled_tilt_rad, 0);
   EXPECT_GT(float_state(boat.mesh(), boat.goal, limits, true).settled_tilt_rad, 0.5);
@@ -91,9 +91,9 @@ TEST(FloatState, WithoutReleasesLeavesTheTiltAlone) {
 
 TEST(FloatState, MassErrorIsRelativeToTheDisplacedMassEitherWay) {
   Boat boat;
-  boat.goal.waterline_mm *= 1.25;
+  *boat.goal.waterline_mm *= 1.25;
   EXPECT_NEAR(float_state(boat.mesh(), boat.goal, {}, false).mass_error, 0.2, 1e-12);
-  boat.goal.waterline_mm *= 0.8 / 1.25;
+  *boat.goal.waterline_mm *= 0.8 / 1.25;
   EXPECT_NEAR(float_state(boat.mesh(), boat.goal, {}, false).mass_error, 0.25, 1e-12);
   boat.goal.fluid_g_cm3 = 1.25;
   EXPECT_NEAR(float_state(boat.mesh(), boat.goal, {}, false).mass_error, 0, 1e-12);
@@ -109,7 +109,7 @@ TEST(FloatState, OffsetIsTheShiftOfTheCentreOfMass) {
 
 TEST(FloatState, SinkingBodiesSettleNowhere) {
   Boat boat;
-  boat.goal.density_g_cm3 = 2;  // 84 g, and the hull displaces 72
+  boat.goal.print.density_g_cm3 = 2;  // 84 g, and the hull displaces 72
   EXPECT_EQ(float_state(boat.mesh(), boat.goal, {}, true).settled_tilt_rad, kPi);
 }
 
@@ -119,7 +119,7 @@ TEST(FloatState, DoesNotDependOnTheFrameOrOnSharedVertices) {
   const FloatState here = float_state(boat.mesh(), boat.goal, {}, true);
   for (int seed = 1; seed <= 4; ++seed) {
     const Eigen::Affine3d T = Eigen::Translation3d(300, -20, 70) * Eigen::Affine3d(test::random_rotation(seed));
-    FloatGoalSpec goal = boat.goal;
+    FloatSpec goal = boat.goal;
     goal.up = 3 * (T.linear() * Eigen::Vector3d::UnitZ());
     const FloatState there = float_state(test::soup(transformed(boat.mesh(), T)), goal, {}, true);
     expect_same_state(there, here, 1e-10);
@@ -131,8 +131,8 @@ TEST(FloatState, DoesNotDependOnTheFrameOrOnSharedVertices) {
 TEST(FloatState, OverlappingPartsCountOnce) {
   const Mesh parts = test::merged({test::box({-30, -20, 0}, {30, 20, 10}), test::box({-30.5, -20.5, 5}, {-20, 20.5, 30.5}),
                                    test::box({20, -20.5, 5}, {30.5, 20.5, 30.5})});
-  FloatGoalSpec goal;
-  goal.density_g_cm3 = 0.5;
+  FloatSpec goal;
+  goal.print.density_g_cm3 = 0.5;
   goal.waterline_mm = 20;
   const FloatState state = float_state(parts, goal, {}, false);
   const double leg = 10.5 * 41;
@@ -145,7 +145,7 @@ TEST(FloatState, OverlappingPartsCountOnce) {
 TEST(VerifyFloat, TheBoatPasses) {
   const Boat boat;
   const Mesh outer = Boat::outer();
-  const FloatVerdict verdict = verify_float(boat.mesh(), &outer, boat.goal);
+  const FloatVerdict verdict = verify(boat.mesh(), &outer, boat.goal);
   EXPECT_EQ(failed(verdict), Names());
   EXPECT_TRUE(verdict.pass());
   EXPECT_EQ(verdict.bad_edges, 0u);
@@ -165,12 +165,12 @@ TEST(VerifyFloat, AsStoredInAnStlFileInAnyFrame) {
   for (int seed = 1; seed <= 4; ++seed) {
     const Eigen::Affine3d T = Eigen::Translation3d(30, -20, 70) * Eigen::Affine3d(test::random_rotation(seed));
     const Mesh outer = transformed(Boat::outer(), T);
-    FloatGoalSpec goal = boat.goal;
+    FloatSpec goal = boat.goal;
     goal.up = T.linear() * Eigen::Vector3d::UnitZ();
     Mesh file = test::soup(float32(transformed(boat.mesh(), T)));
     std::reverse(file.triangles.begin(), file.triangles.end());
     for (auto& t : file.triangles) t = Eigen::Vector3i(t[1], t[2], t[0]);
-    const FloatVerdict verdict = verify_float(file, &outer, goal);
+    const FloatVerdict verdict = verify(file, &outer, goal);
     EXPECT_EQ(failed(verdict), Names());
     EXPECT_EQ(verdict.outer_deviation_mm, 0);
     EXPECT_EQ(verdict.cavities, 1u);
@@ -180,7 +180,7 @@ TEST(VerifyFloat, AsStoredInAnStlFileInAnyFrame) {
 
 TEST(VerifyFloat, WithoutTheOriginalItJudgesByNesting) {
   const Boat boat;
-  const FloatVerdict verdict = verify_float(boat.mesh(), nullptr, boat.goal);
+  const FloatVerdict verdict = verify(boat.mesh(), nullptr, boat.goal);
   EXPECT_EQ(failed(verdict), Names());
   EXPECT_EQ(verdict.cavities, 1u);
   EXPECT_NEAR(verdict.smallest_wall_mm, 3, 1e-12);
@@ -190,46 +190,46 @@ TEST(VerifyFloat, WithoutTheOriginalItJudgesByNesting) {
 TEST(VerifyFloat, WrongMassFailsMassError) {
   Boat boat;
   const Mesh outer = Boat::outer();
-  boat.goal.waterline_mm *= 1.002;
-  const FloatVerdict heavy = verify_float(boat.mesh(), &outer, boat.goal);
+  *boat.goal.waterline_mm *= 1.002;
+  const FloatVerdict heavy = verify(boat.mesh(), &outer, boat.goal);
   EXPECT_EQ(failed(heavy), Names({"mass_error"}));
   EXPECT_NEAR(criterion(heavy, "mass_error").value, 1 - 1 / 1.002, 1e-12);
-  boat.goal.waterline_mm *= 1 / 1.002 / 1.002;
-  EXPECT_EQ(failed(verify_float(boat.mesh(), &outer, boat.goal)), Names({"mass_error"}));
+  *boat.goal.waterline_mm *= 1 / 1.002 / 1.002;
+  EXPECT_EQ(failed(verify(boat.mesh(), &outer, boat.goal)), Names({"mass_error"}));
 }
 
 TEST(VerifyFloat, CavityOffCentreFailsOffset) {
   Boat boat;
   const Mesh outer = Boat::outer();
   boat.shift = {0.15, 0, 0};
-  const FloatVerdict verdict = verify_float(boat.mesh(), &outer, boat.goal);
+  const FloatVerdict verdict = verify(boat.mesh(), &outer, boat.goal);
   EXPECT_EQ(failed(verdict), Names({"offset"}));
   EXPECT_NEAR(criterion(verdict, "offset").value, 0.15 * 30000 / 42000 / std::sqrt(60. * 60 + 40 * 40 + 30 * 30), 1e-12);
   EXPECT_NEAR(verdict.state.settled_tilt_rad, 0.15 * 30000 / 42000 / (Boat::mass_g() / 4.8 + 13.8234 - 13.5714), 1e-4);
   boat.shift = {0, 0, 0.4};  // upwards is no offset
-  FloatGoalSpec thinner = boat.goal;
-  thinner.wall_mm = 2.6;
-  EXPECT_EQ(failed(verify_float(boat.mesh(), &outer, thinner)), Names());
+  FloatSpec thinner = boat.goal;
+  thinner.print.wall_mm = 2.6;
+  EXPECT_EQ(failed(verify(boat.mesh(), &outer, thinner)), Names());
 }
 
 TEST(VerifyFloat, ThinWallFailsWall) {
   Boat boat;
   const Mesh outer = Boat::outer();
   boat.shift = {0, 0, 0.1};
-  const FloatVerdict verdict = verify_float(boat.mesh(), &outer, boat.goal);
+  const FloatVerdict verdict = verify(boat.mesh(), &outer, boat.goal);
   EXPECT_EQ(failed(verdict), Names({"wall"}));
   EXPECT_NEAR(verdict.smallest_wall_mm, 2.9, 1e-12);
   EXPECT_NEAR(criterion(verdict, "wall").value, 2.9 / 3, 1e-12);
-  FloatGoalSpec unjudged = boat.goal;
-  unjudged.wall_mm = 0;
-  EXPECT_EQ(failed(verify_float(boat.mesh(), &outer, unjudged)), Names());
+  FloatSpec unjudged = boat.goal;
+  unjudged.print.wall_mm = 0;
+  EXPECT_EQ(failed(verify(boat.mesh(), &outer, unjudged)), Names());
 }
 
 TEST(VerifyFloat, CavityThroughTheOuterSurfaceHasANegativeWall) {
   Boat boat;
   const Mesh outer = Boat::outer();
   boat.shift = {0, 0, 10};  // 7 mm above deck
-  const FloatVerdict verdict = verify_float(boat.mesh(), &outer, boat.goal);
+  const FloatVerdict verdict = verify(boat.mesh(), &outer, boat.goal);
   EXPECT_NEAR(verdict.smallest_wall_mm, -7, 1e-12);
   EXPECT_FALSE(criterion(verdict, "wall").pass());
 }
@@ -254,7 +254,7 @@ TEST(VerifyFloat, TheWallIsTheSmallestDepthOfAllCavityVertices) {
     const Mesh cavity = test::rotated(test::icosphere(radius, static_cast<int>(n % 5)), test::random_rotation(n));
     const Mesh second = test::moved(test::box({-5, -4, -3}, {5, 4, 3}), {0, 0, 15});
     const Mesh delivered = test::merged({outer, test::flipped(second), test::flipped(test::moved(cavity, at))});
-    const FloatVerdict verdict = verify_float(delivered, &outer, boat.goal);
+    const FloatVerdict verdict = verify(delivered, &outer, boat.goal);
     double expected = depth_in_box({5, 4, 12}, min, max);
     for (const auto& v : cavity.vertices) expected = std::min(expected, depth_in_box(v + at, min, max));
     if (verdict.cavities == 1) continue;  // told from one corner, which lies outside or in the other cavity
@@ -270,7 +270,7 @@ TEST(VerifyFloat, LongEdgesThroughTheWallDoNotHideWhatPokesOut) {
   const Boat boat;
   const Mesh outer = Boat::outer();
   const Mesh spike = test::flipped(test::box({-2, -2, 10}, {2, 2, 60}));
-  const FloatVerdict verdict = verify_float(test::merged({outer, spike}), &outer, boat.goal);
+  const FloatVerdict verdict = verify(test::merged({outer, spike}), &outer, boat.goal);
   EXPECT_EQ(verdict.cavities, 1u);
   EXPECT_NEAR(verdict.smallest_wall_mm, -30, 1e-12);
   EXPECT_FALSE(criterion(verdict, "wall").pass());
@@ -283,9 +283,9 @@ TEST(VerifyFloat, CavitiesThatOverlapCountOnce) {
   const Mesh b = test::flipped(test::moved(test::box({-5, -8, 8}, {20, 8, 25}), {0.1, 0.2, 0.3}));
   const double common = 9.9 * 16 * 11.7;
   const double expected = 60 * 40 * 30 - 25 * 20 * 15 - 25 * 16 * 17 + common;
-  const FloatVerdict both = verify_float(test::merged({outer, a, b}), &outer, boat.goal);
+  const FloatVerdict both = verify(test::merged({outer, a, b}), &outer, boat.goal);
   EXPECT_NEAR(both.state.body.volume_mm3, expected, 1e-9 * expected);
-  const FloatVerdict twice = verify_float(test::merged({outer, a, a}), &outer, boat.goal);
+  const FloatVerdict twice = verify(test::merged({outer, a, a}), &outer, boat.goal);
   EXPECT_NEAR(twice.state.body.volume_mm3, 60 * 40 * 30 - 25 * 20 * 15, 1e-9 * expected);
 }
 
@@ -306,7 +306,7 @@ TEST(VerifyFloat, ManyCavitiesAndIslandsAreAllFound) {
         ++islands;
       }
   for (const Mesh* original : {&outer, static_cast<const Mesh*>(nullptr)}) {
-    const FloatVerdict verdict = verify_float(delivered, original, boat.goal);
+    const FloatVerdict verdict = verify(delivered, original, boat.goal);
     EXPECT_EQ(verdict.cavities, cavities);
     EXPECT_EQ(verdict.solid_islands, islands);
   }
@@ -317,7 +317,7 @@ TEST(VerifyFloat, IslandFailsNoIslands) {
   const Mesh outer = Boat::outer();
   const Mesh speck = test::box({-1, -1, 16}, {1, 1, 18});
   for (const Mesh* original : {&outer, static_cast<const Mesh*>(nullptr)}) {
-    const FloatVerdict verdict = verify_float(test::merged({speck, boat.mesh()}), original, boat.goal);
+    const FloatVerdict verdict = verify(test::merged({speck, boat.mesh()}), original, boat.goal);
     EXPECT_EQ(failed(verdict), Names({"no_islands"}));
     EXPECT_EQ(verdict.solid_islands, 1u);
     EXPECT_EQ(verdict.cavities, 1u);
@@ -329,8 +329,8 @@ TEST(VerifyFloat, IslandFailsNoIslands) {
 TEST(VerifyFloat, AStrutThatReachesTheWallIsNoIsland) {
   Boat boat;
   const Mesh strut = test::box({-0.5, -0.5, 10}, {0.5, 0.5, 29});
-  boat.goal.waterline_mm += 1.24 * 17 / (60 * 40);
-  const FloatVerdict verdict = verify_float(test::merged({boat.mesh(), strut}), nullptr, boat.goal);
+  *boat.goal.waterline_mm += 1.24 * 17 / (60 * 40);
+  const FloatVerdict verdict = verify(test::merged({boat.mesh(), strut}), nullptr, boat.goal);
   EXPECT_EQ(verdict.solid_islands, 0u);
   EXPECT_NEAR(verdict.state.mass_error, 0, 1e-9);  // its 17 mm in the cavity weigh
 }
@@ -340,7 +340,7 @@ TEST(VerifyFloat, MissingTriangleFailsClosed) {
   const Mesh outer = Boat::outer();
   Mesh mesh = boat.mesh();
   mesh.triangles.pop_back();  // of the cavity
-  const FloatVerdict verdict = verify_float(mesh, &outer, boat.goal);
+  const FloatVerdict verdict = verify(mesh, &outer, boat.goal);
   EXPECT_EQ(failed(verdict), Names({"closed"}));
   EXPECT_EQ(verdict.bad_edges, 3u);
   EXPECT_FALSE(verdict.notes.empty());
@@ -351,7 +351,7 @@ TEST(VerifyFloat, TurnedTriangleFailsClosed) {
   Mesh mesh = boat.mesh();
   std::swap(mesh.triangles.back()[0], mesh.triangles.back()[1]);
   const Mesh outer = Boat::outer();
-  const FloatVerdict verdict = verify_float(mesh, &outer, boat.goal);
+  const FloatVerdict verdict = verify(mesh, &outer, boat.goal);
   EXPECT_FALSE(criterion(verdict, "closed").pass());
   EXPECT_EQ(verdict.bad_edges, 3u);
 }
@@ -367,12 +367,12 @@ TEST(VerifyFloat, MovedVertexFailsOuterUnchanged) {
     ASSERT_LT(at, static_cast<std::ptrdiff_t>(outer.vertices.size()));
     Mesh mesh = boat.mesh();
     mesh.vertices[at] += moves[i];
-    const FloatVerdict verdict = verify_float(mesh, &outer, boat.goal);
+    const FloatVerdict verdict = verify(mesh, &outer, boat.goal);
     EXPECT_EQ(failed(verdict), Names({"outer_unchanged"})) << i;
     EXPECT_NEAR(verdict.outer_deviation_mm, moves[i].norm(), 1e-3);
     EXPECT_EQ(verdict.cavities, 1u);
     mesh.vertices[at] = places[i];
-    EXPECT_TRUE(verify_float(mesh, &outer, boat.goal).pass());
+    EXPECT_TRUE(verify(mesh, &outer, boat.goal).pass());
   }
 }
 
@@ -381,7 +381,7 @@ TEST(VerifyFloat, HoleInTheOuterSurfaceFailsOuterUnchangedToo) {
   const Mesh outer = Boat::outer();
   Mesh mesh = boat.mesh();
   mesh.triangles.erase(mesh.triangles.begin() + 100);
-  const FloatVerdict verdict = verify_float(mesh, &outer, boat.goal);
+  const FloatVerdict verdict = verify(mesh, &outer, boat.goal);
   EXPECT_FALSE(criterion(verdict, "closed").pass());
   EXPECT_FALSE(criterion(verdict, "outer_unchanged").pass());
   EXPECT_GT(verdict.outer_deviation_mm, 1);
@@ -391,7 +391,7 @@ TEST(VerifyFloat, MatterAddedOutsideFailsOuterUnchanged) {
   const Boat boat;
   const Mesh outer = Boat::outer();
   const Mesh mast = test::box({-0.1, -0.1, 29.98}, {0.1, 0.1, 33});
-  const FloatVerdict verdict = verify_float(test::merged({boat.mesh(), mast}), &outer, boat.goal);
+  const FloatVerdict verdict = verify(test::merged({boat.mesh(), mast}), &outer, boat.goal);
   EXPECT_EQ(failed(verdict), Names({"outer_unchanged"}));
   EXPECT_NEAR(verdict.outer_deviation_mm, 3, 1e-12);
 }
@@ -399,7 +399,7 @@ TEST(VerifyFloat, MatterAddedOutsideFailsOuterUnchanged) {
 TEST(VerifyFloat, AnotherBodyAltogether) {
   const Boat boat;
   const Mesh original = test::moved(Boat::outer(), {1000, 0, 0});
-  const FloatVerdict verdict = verify_float(boat.mesh(), &original, boat.goal);
+  const FloatVerdict verdict = verify(boat.mesh(), &original, boat.goal);
   EXPECT_EQ(failed(verdict), Names({"outer_unchanged"}));
   EXPECT_EQ(verdict.outer_deviation_mm, std::numeric_limits<double>::infinity());
   EXPECT_EQ(verdict.cavities, 1u);
@@ -408,7 +408,7 @@ TEST(VerifyFloat, AnotherBodyAltogether) {
 TEST(VerifyFloat, InwardShellThatLiesInNothingFailsClosed) {
   const Boat boat;
   const Mesh stray = test::flipped(test::box({50, 0, 0}, {50.1, 0.1, 0.1}));
-  const FloatVerdict verdict = verify_float(test::merged({boat.mesh(), stray}), nullptr, boat.goal);
+  const FloatVerdict verdict = verify(test::merged({boat.mesh(), stray}), nullptr, boat.goal);
   EXPECT_EQ(verdict.bad_edges, 0u);
   EXPECT_FALSE(criterion(verdict, "closed").pass());
   EXPECT_EQ(verdict.cavities, 1u);
@@ -416,10 +416,10 @@ TEST(VerifyFloat, InwardShellThatLiesInNothingFailsClosed) {
 
 TEST(VerifyFloat, TopHeavyFailsMetacentricHeightAndDoesNotSettle) {
   Boat boat;
-  boat.goal.wall_mm = 1;
+  boat.goal.print.wall_mm = 1;
   boat.shift = {0, 0, -6};  // the weight is on deck
   const Mesh narrow = transformed(boat.mesh(), Eigen::Affine3d(Eigen::Scaling(1., 0.7, 1.)));
-  const FloatVerdict verdict = verify_float(narrow, nullptr, boat.goal);
+  const FloatVerdict verdict = verify(narrow, nullptr, boat.goal);
   EXPECT_EQ(failed(verdict), Names({"metacentric_height", "settled_tilt"}));
   EXPECT_LT(verdict.state.metacentric_height_mm, -1);
 }
@@ -428,56 +428,56 @@ TEST(VerifyFloat, TopHeavyFailsMetacentricHeightAndDoesNotSettle) {
 TEST(VerifyFloat, LetGoBeyondItsRangeOfStabilityFailsSettledTilt) {
   const Boat boat;
   const Mesh outer = Boat::outer();
-  FloatLimits limits;
+  Limits limits;
   limits.release_tilt_rad = 1.9;
-  const FloatVerdict all = verify_float(boat.mesh(), &outer, boat.goal, limits);
+  const FloatVerdict all = verify(boat.mesh(), &outer, boat.goal, limits);
   EXPECT_EQ(failed(all), Names({"settled_tilt"}));
   EXPECT_NEAR(all.state.settled_tilt_rad, kPi, 1e-6);
   limits.release_directions = 1;
-  EXPECT_EQ(failed(verify_float(boat.mesh(), &outer, boat.goal, limits)), Names());
+  EXPECT_EQ(failed(verify(boat.mesh(), &outer, boat.goal, limits)), Names());
 }
 
 TEST(VerifyFloat, LimitsAreTheOnesGiven) {
   Boat boat;
   boat.shift = {0.05, 0, 0.1};
-  boat.goal.waterline_mm *= 1.0005;
-  FloatLimits limits;
+  *boat.goal.waterline_mm *= 1.0005;
+  Limits limits;
   limits.wall_ratio = 0.96;
-  EXPECT_EQ(failed(verify_float(boat.mesh(), nullptr, boat.goal, limits)), Names());
+  EXPECT_EQ(failed(verify(boat.mesh(), nullptr, boat.goal, limits)), Names());
   limits.mass_error = 4e-4;
   limits.offset_over_diagonal = 4e-4;
   limits.settled_tilt_rad = 1e-3;
   limits.wall_ratio = 0.97;
-  EXPECT_EQ(failed(verify_float(boat.mesh(), nullptr, boat.goal, limits)), Names({"wall", "mass_error", "offset", "settled_tilt"}));
+  EXPECT_EQ(failed(verify(boat.mesh(), nullptr, boat.goal, limits)), Names({"wall", "mass_error", "offset", "settled_tilt"}));
 }
 
 TEST(VerifyFloat, CavitiesOfTheOriginalAreItsOwn) {
   const Boat boat;
   const Mesh original = boat.mesh();
-  const FloatVerdict same = verify_float(original, &original, boat.goal);
+  const FloatVerdict same = verify(original, &original, boat.goal);
   EXPECT_EQ(failed(same), Names());
   EXPECT_EQ(same.cavities, 0u);
   EXPECT_EQ(same.smallest_wall_mm, std::numeric_limits<double>::infinity());
   // A new cavity below it is judged against both surfaces; the old one displaces as before.
-  FloatGoalSpec goal = boat.goal;
-  goal.waterline_mm -= 1.24 * 64 / (60 * 40);
-  goal.wall_mm = 1;
-  const FloatVerdict more = verify_float(test::hollow(original, test::box({-8, -4, 2}, {8, 4, 2.5})), &original, goal);
+  FloatSpec goal = boat.goal;
+  *goal.waterline_mm -= 1.24 * 64 / (60 * 40);
+  goal.print.wall_mm = 1;
+  const FloatVerdict more = verify(test::hollow(original, test::box({-8, -4, 2}, {8, 4, 2.5})), &original, goal);
   EXPECT_EQ(failed(more), Names());
   EXPECT_EQ(more.cavities, 1u);
   EXPECT_NEAR(more.smallest_wall_mm, 2, 1e-12);
-  goal.waterline_mm = boat.goal.waterline_mm - 1.24 * 192 / (60 * 40);
-  const FloatVerdict close = verify_float(test::hollow(original, test::box({-8, -4, 5}, {8, 4, 6.5})), &original, goal);
+  goal.waterline_mm = *boat.goal.waterline_mm - 1.24 * 192 / (60 * 40);
+  const FloatVerdict close = verify(test::hollow(original, test::box({-8, -4, 5}, {8, 4, 6.5})), &original, goal);
   EXPECT_EQ(failed(close), Names({"wall"}));
   EXPECT_NEAR(close.smallest_wall_mm, 0.5, 1e-12);
 }
 
 TEST(VerifyFloat, AnUntouchedSolidIsJudgedToo) {
   const Mesh plate = test::box({-20, -15, 0}, {20, 15, 10});
-  FloatGoalSpec goal;
-  goal.density_g_cm3 = 0.5;
+  FloatSpec goal;
+  goal.print.density_g_cm3 = 0.5;
   goal.waterline_mm = 5;
-  const FloatVerdict verdict = verify_float(plate, &plate, goal);
+  const FloatVerdict verdict = verify(plate, &plate, goal);
   EXPECT_TRUE(verdict.pass());
   EXPECT_EQ(verdict.cavities, 0u);
 }
@@ -487,8 +487,8 @@ TEST(VerifyFloat, TheSameBitsForAnyNumberOfThreads) {
   boat.shift = {0.1, 0.05, 0.2};
   const Mesh outer = Boat::outer();
   FloatVerdict one;
-  tbb::task_arena(1).execute([&] { one = verify_float(boat.mesh(), &outer, boat.goal); });
-  const FloatVerdict many = verify_float(boat.mesh(), &outer, boat.goal);
+  tbb::task_arena(1).execute([&] { one = verify(boat.mesh(), &outer, boat.goal); });
+  const FloatVerdict many = verify(boat.mesh(), &outer, boat.goal);
   ASSERT_EQ(one.criteria.size(), many.criteria.size());
   for (std::size_t i = 0; i < one.criteria.size(); ++i)
     EXPECT_EQ(one.criteria[i].value, many.criteria[i].value) << one.criteria[i].name;
@@ -500,7 +500,7 @@ TEST(VerifyFloat, CanBeInterrupted) {
   int polls = 0;
   progress.cancelled = [&] { return ++polls > 2; };
   try {
-    verify_float(boat.mesh(), nullptr, boat.goal, {}, progress);
+    verify(boat.mesh(), nullptr, boat.goal, {}, progress);
     ADD_FAILURE() << "not interrupted";
   } catch (const Error& e) {
     EXPECT_EQ(e.code(), ErrorCode::interrupted);
@@ -509,19 +509,19 @@ TEST(VerifyFloat, CanBeInterrupted) {
 
 TEST(VerifyFloat, RefusesGoalsAndMeshesThatMakeNoSense) {
   const Boat boat;
-  const auto code = [](const Mesh& mesh, const FloatGoalSpec& goal) {
+  const auto code = [](const Mesh& mesh, const FloatSpec& goal) {
     try {
-      verify_float(mesh, nullptr, goal);
+      verify(mesh, nullptr, goal);
     } catch (const Error& e) {
       return e.code();
     }
     return ErrorCode::internal;
   };
-  FloatGoalSpec goal = boat.goal;
+  FloatSpec goal = boat.goal;
   goal.up.setZero();
   EXPECT_EQ(code(boat.mesh(), goal), ErrorCode::usage);
   goal = boat.goal;
-  goal.density_g_cm3 = 0;
+  goal.print.density_g_cm3 = 0;
   EXPECT_EQ(code(boat.mesh(), goal), ErrorCode::usage);
   goal = boat.goal;
   goal.waterline_mm = std::numeric_limits<double>::quiet_NaN();

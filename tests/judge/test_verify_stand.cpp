@@ -22,8 +22,8 @@ using Names = std::vector<std::string>;
 
 // A gallows, 30 x 10 x 20 on a foot of 10 x 10: solid it falls to its arm's side. Hollowing the arm lets it stand.
 struct Gallows {
-  StandGoalSpec goal;
-  Gallows() { goal.wall_mm = 1; }
+  StandSpec goal;
+  Gallows() { goal.print.wall_mm = 1; }
   static Mesh outer() { return test::polycubes({{0, 0, 0}, {0, 0, 1}, {1, 0, 1}, {2, 0, 1}}, 10); }
   static Mesh mesh() { return test::hollow(outer(), test::box({11, 1, 11}, {29, 9, 19})); }
 };
@@ -69,7 +69,7 @@ TEST(StandStateOf, DoesNotDependOnTheFrameOrOnSharedVertices) {
   const StandState here = stand_state_of(Gallows::mesh(), gallows.goal);
   for (int seed = 1; seed <= 4; ++seed) {
     const Eigen::Affine3d T = Eigen::Translation3d(300, -20, 70) * Eigen::Affine3d(test::random_rotation(seed));
-    StandGoalSpec goal = gallows.goal;
+    StandSpec goal = gallows.goal;
     goal.up = 7 * (T.linear() * Vector3d::UnitZ());
     goal.target_mm = T * Vector3d(2, 5, 99);
     const StandState there = stand_state_of(test::soup(transformed(Gallows::mesh(), T)), goal);
@@ -81,7 +81,7 @@ TEST(StandStateOf, DoesNotDependOnTheFrameOrOnSharedVertices) {
     EXPECT_NEAR(there.target_offset_mm, kCentreX - 2, 1e-9);
   }
   // Along an axis the frame is exact.
-  StandGoalSpec down = gallows.goal;
+  StandSpec down = gallows.goal;
   down.up = -Vector3d::UnitZ();
   const StandState upside_down = stand_state_of(Gallows::mesh(), down);
   EXPECT_NEAR(upside_down.polygon.area_mm2, 300, 1e-10);
@@ -91,7 +91,7 @@ TEST(StandStateOf, DoesNotDependOnTheFrameOrOnSharedVertices) {
 TEST(VerifyStand, TheHollowGallowsStandsAndTheSolidOneFalls) {
   const Gallows gallows;
   const Mesh outer = Gallows::outer();
-  const StandVerdict hollow = verify_stand(Gallows::mesh(), &outer, gallows.goal);
+  const StandVerdict hollow = verify(Gallows::mesh(), &outer, gallows.goal);
   EXPECT_EQ(failed(hollow), Names());
   EXPECT_TRUE(hollow.notes.empty());
   EXPECT_EQ(hollow.cavities, 1u);
@@ -99,37 +99,37 @@ TEST(VerifyStand, TheHollowGallowsStandsAndTheSolidOneFalls) {
   Names names;
   for (const Criterion& c : hollow.criteria) names.push_back(c.name);
   EXPECT_EQ(names, Names({"closed", "outer_unchanged", "no_islands", "wall", "supported", "inside"}));
-  const StandVerdict solid = verify_stand(outer, &outer, gallows.goal);
+  const StandVerdict solid = verify(outer, &outer, gallows.goal);
   EXPECT_EQ(failed(solid), Names({"inside"}));
   EXPECT_NEAR(criterion(solid, "inside").value, std::atan2(-2.5, 12.5), 1e-12);
 }
 
 TEST(VerifyStand, AnAngleMayBeAskedFor) {
   const Gallows gallows;
-  StandLimits limits;
+  Limits limits;
   limits.tipping_angle_rad = std::atan2(10 - kCentreX, kCentreZ) - 1e-9;
-  EXPECT_EQ(failed(verify_stand(Gallows::mesh(), nullptr, gallows.goal, limits)), Names());
+  EXPECT_EQ(failed(verify(Gallows::mesh(), nullptr, gallows.goal, limits)), Names());
   limits.tipping_angle_rad += 2e-9;
-  EXPECT_EQ(failed(verify_stand(Gallows::mesh(), nullptr, gallows.goal, limits)), Names({"inside"}));
+  EXPECT_EQ(failed(verify(Gallows::mesh(), nullptr, gallows.goal, limits)), Names({"inside"}));
 }
 
 TEST(VerifyStand, TheTargetIsMissedByItsHorizontalDistance) {
   Gallows gallows;
   const double diagonal = std::sqrt(30. * 30 + 10 * 10 + 20 * 20);
   gallows.goal.target_mm = Vector3d(kCentreX, 5 + 0.99e-3 * diagonal, 40);
-  EXPECT_EQ(failed(verify_stand(Gallows::mesh(), nullptr, gallows.goal)), Names());
+  EXPECT_EQ(failed(verify(Gallows::mesh(), nullptr, gallows.goal)), Names());
   gallows.goal.target_mm = Vector3d(kCentreX, 5 + 1.01e-3 * diagonal, 40);
-  const StandVerdict verdict = verify_stand(Gallows::mesh(), nullptr, gallows.goal);
+  const StandVerdict verdict = verify(Gallows::mesh(), nullptr, gallows.goal);
   EXPECT_EQ(failed(verdict), Names({"offset"}));
   EXPECT_NEAR(criterion(verdict, "offset").value, 1.01e-3, 1e-12);
 }
 
 TEST(VerifyStand, APointOrAnEdgeIsNoSupport) {
-  StandGoalSpec goal;
+  StandSpec goal;
   const Mesh cone = test::cone(10, 20, 24);
-  EXPECT_EQ(failed(verify_stand(cone, &cone, goal)), Names());
+  EXPECT_EQ(failed(verify(cone, &cone, goal)), Names());
   goal.up = -Vector3d::UnitZ();
-  const StandVerdict tip = verify_stand(cone, &cone, goal);
+  const StandVerdict tip = verify(cone, &cone, goal);
   EXPECT_EQ(failed(tip), Names({"supported", "inside"}));
   EXPECT_EQ(criterion(tip, "supported").value, 1);
   ASSERT_EQ(tip.notes.size(), 1u);
@@ -137,7 +137,7 @@ TEST(VerifyStand, APointOrAnEdgeIsNoSupport) {
 
   goal.up = {1, 0, 1};
   const Mesh box = test::box({0, 0, 0}, {10, 30, 10});
-  const StandVerdict edge = verify_stand(box, &box, goal);
+  const StandVerdict edge = verify(box, &box, goal);
   EXPECT_EQ(failed(edge), Names({"supported", "inside"}));
   EXPECT_EQ(criterion(edge, "supported").value, 2);
   ASSERT_EQ(edge.notes.size(), 1u);
@@ -150,12 +150,12 @@ TEST(VerifyStand, TheContactToleranceIsTheOneGiven) {
   append(stool, test::box({-20, -20, 0}, {-18, -18, 21}));
   append(stool, test::box({18, -20, 0}, {20, -18, 21}));
   append(stool, test::box({-1, 18, 0.05}, {1, 20, 21}));
-  StandGoalSpec goal;
-  const StandVerdict strict = verify_stand(stool, nullptr, goal);
+  StandSpec goal;
+  const StandVerdict strict = verify(stool, nullptr, goal);
   EXPECT_EQ(failed(strict), Names({"inside"}));
   EXPECT_NEAR(strict.state.polygon.area_mm2, 40 * 2, 1e-9);
   goal.contact_tolerance_mm = 0.06;
-  const StandVerdict lenient = verify_stand(stool, nullptr, goal);
+  const StandVerdict lenient = verify(stool, nullptr, goal);
   EXPECT_EQ(failed(lenient), Names());
   EXPECT_EQ(lenient.state.polygon.corners_mm.size(), 6u);
 }
@@ -163,45 +163,45 @@ TEST(VerifyStand, TheContactToleranceIsTheOneGiven) {
 TEST(VerifyStand, EachFaultOfTheSurfaceFailsItsOwnCriterion) {
   const Gallows gallows;
   const Mesh outer = Gallows::outer();
-  StandGoalSpec goal = gallows.goal;
-  goal.wall_mm = 1.1;
-  EXPECT_EQ(failed(verify_stand(Gallows::mesh(), &outer, goal)), Names({"wall"}));
+  StandSpec goal = gallows.goal;
+  goal.print.wall_mm = 1.1;
+  EXPECT_EQ(failed(verify(Gallows::mesh(), &outer, goal)), Names({"wall"}));
   const Mesh speck = test::box({15, 4, 14}, {16, 5, 15});
-  EXPECT_EQ(failed(verify_stand(test::merged({Gallows::mesh(), speck}), &outer, gallows.goal)), Names({"no_islands"}));
+  EXPECT_EQ(failed(verify(test::merged({Gallows::mesh(), speck}), &outer, gallows.goal)), Names({"no_islands"}));
   Mesh moved = outer;
   moved.vertices.back() += Vector3d(0.01, 0, 0);
-  EXPECT_EQ(failed(verify_stand(Gallows::mesh(), &moved, gallows.goal)), Names({"outer_unchanged"}));
+  EXPECT_EQ(failed(verify(Gallows::mesh(), &moved, gallows.goal)), Names({"outer_unchanged"}));
   Mesh open = Gallows::mesh();
   open.triangles.pop_back();
-  EXPECT_FALSE(criterion(verify_stand(open, &outer, gallows.goal), "closed").pass());
+  EXPECT_FALSE(criterion(verify(open, &outer, gallows.goal), "closed").pass());
 }
 
 TEST(VerifyStand, TheSameBitsForAnyNumberOfThreads) {
   const Gallows gallows;
   StandVerdict one;
-  tbb::task_arena(1).execute([&] { one = verify_stand(Gallows::mesh(), nullptr, gallows.goal); });
-  const StandVerdict many = verify_stand(Gallows::mesh(), nullptr, gallows.goal);
+  tbb::task_arena(1).execute([&] { one = verify(Gallows::mesh(), nullptr, gallows.goal); });
+  const StandVerdict many = verify(Gallows::mesh(), nullptr, gallows.goal);
   for (std::size_t i = 0; i < one.criteria.size(); ++i)
     EXPECT_EQ(one.criteria[i].value, many.criteria.at(i).value) << one.criteria[i].name;
 }
 
 TEST(VerifyStand, RefusesGoalsAndMeshesThatMakeNoSense) {
-  const auto code = [](const Mesh& mesh, const StandGoalSpec& goal) {
+  const auto code = [](const Mesh& mesh, const StandSpec& goal) {
     try {
-      verify_stand(mesh, nullptr, goal);
+      verify(mesh, nullptr, goal);
     } catch (const Error& e) {
       return e.code();
     }
     return ErrorCode::internal;
   };
-  StandGoalSpec goal;
+  StandSpec goal;
   goal.up.setZero();
   EXPECT_EQ(code(Gallows::mesh(), goal), ErrorCode::usage);
   goal = {};
   goal.contact_tolerance_mm = -1;
   EXPECT_EQ(code(Gallows::mesh(), goal), ErrorCode::usage);
   goal = {};
-  goal.wall_mm = -1;
+  goal.print.wall_mm = -1;
   EXPECT_EQ(code(Gallows::mesh(), goal), ErrorCode::usage);
   goal = {};
   EXPECT_EQ(code(Mesh(), goal), ErrorCode::input);

@@ -11,6 +11,7 @@
 #include "rayrep/make/hollow.h"
 #include "rayrep/make/waterline.h"
 #include "rayrep/mesh/mesh_check.h"
+#include "runs.h"
 #include "solids.h"
 
 namespace rayrep {
@@ -18,28 +19,19 @@ namespace {
 
 using namespace test;
 
-FloatGoalSpec goal_of(const FloatOptions& options, const FloatResult& result) {
-  FloatGoalSpec goal;
-  goal.up = options.hollow.up;
-  goal.waterline_mm = result.waterline_mm;
-  goal.fluid_g_cm3 = options.fluid_g_cm3;
-  goal.density_g_cm3 = options.hollow.density_g_cm3;
-  goal.wall_mm = options.hollow.wall_mm;
-  return goal;
-}
-
 /// Runs hollow_float with float32 storage and judges the result; a mesh that fails stays in the temporary folder.
-void expect_floats(const Mesh& solid, const FloatOptions& options, const std::string& name) {
-  FloatOptions stored = options;
+void expect_floats(const Mesh& solid, const Job<FloatSpec>& options, const std::string& name) {
+  Job<FloatSpec> stored = options;
   stored.hollow.as_stored = [](const Mesh& mesh) { return as_stored("x.stl", mesh); };
-  const FloatResult result = hollow_float(solid, stored);
-  EXPECT_EQ(result.hollow.cast.bad, 0u);
-  EXPECT_EQ(result.hollow.solve.status, SolveStatus::converged) << result.hollow.solve.solver_status;
-  EXPECT_LT(result.hollow.duality_gap, 1e-6);
-  EXPECT_GT(result.hollow.duality_gap, -1e-7);
+  const Outcome<FloatSpec> result = hollowed(solid, stored);
+  EXPECT_EQ(result.cast.bad, 0u);
+  EXPECT_EQ(result.solve.status, SolveStatus::converged) << result.solve.solver_status;
+  ASSERT_TRUE(result.duality_gap);
+  EXPECT_LT(*result.duality_gap, 1e-6);
+  EXPECT_GT(*result.duality_gap, -1e-7);
   const auto path = own_file(name + ".stl");
-  write_mesh(path, result.hollow.delivered);
-  const FloatVerdict verdict = verify_float(read_mesh(path).mesh, &solid, goal_of(options, result));
+  write_mesh(path, result.delivery.body());
+  const FloatVerdict verdict = verify(read_mesh(path).mesh, &solid, result.found);
   for (const Criterion& c : verdict.criteria)
     EXPECT_TRUE(c.pass()) << path << ": " << c.name << " " << c.value << " limit " << c.limit;
   EXPECT_LT(verdict.state.mass_error, 1e-4);
@@ -47,8 +39,8 @@ void expect_floats(const Mesh& solid, const FloatOptions& options, const std::st
   if (verdict.pass()) std::filesystem::remove(path);
 }
 
-FloatOptions coarse() {
-  FloatOptions options;
+Job<FloatSpec> coarse() {
+  Job<FloatSpec> options;
   options.hollow.resolution = 60;
   return options;
 }
@@ -62,20 +54,20 @@ TEST(HollowFloat, AnEllipsoidOffItsAxes) {
 TEST(HollowFloat, AtAGivenWaterlineInOtherFluidsAndMaterials) {
   const Mesh solid = moved(
       rotated(uv_ellipsoid(30, 22, 16, 32), Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitX()).toRotationMatrix()), {100, -50, 30});
-  FloatOptions options = coarse();
-  options.submerged_fraction = 0.5;
+  Job<FloatSpec> options = coarse();
+  options.spec.submerged_fraction = 0.5;
   expect_floats(solid, options, "half");
-  options.fluid_g_cm3 = 1.025;
-  options.hollow.density_g_cm3 = 1.14;
+  options.spec.fluid_g_cm3 = 1.025;
+  options.spec.print.density_g_cm3 = 1.14;
   expect_floats(solid, options, "sea");
 }
 
 TEST(HollowFloat, AlongAnyUpDirection) {
   const Mesh solid = uv_ellipsoid(30, 22, 16, 32);
   for (const Eigen::Vector3d& up : {Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(0.2, 0.1, -2)}) {
-    FloatOptions options = coarse();
-    options.hollow.up = up;
-    options.submerged_fraction = 0.5;
+    Job<FloatSpec> options = coarse();
+    options.spec.up = up;
+    options.spec.submerged_fraction = 0.5;
     expect_floats(solid, options, "up");
   }
 }
@@ -83,7 +75,7 @@ TEST(HollowFloat, AlongAnyUpDirection) {
 TEST(HollowFloat, OverlappingComponents) {
   const Mesh catamaran =
       merged({uv_ellipsoid(40, 10, 10, 24, {0, -14, 0}), uv_ellipsoid(40, 10, 10, 24, {0, 14, 0}), box({-8, -16, -3}, {8, 16, 3})});
-  FloatOptions options = coarse();
+  Job<FloatSpec> options = coarse();
   options.hollow.resolution = 100;
   expect_floats(catamaran, options, "catamaran");
 }
@@ -91,34 +83,34 @@ TEST(HollowFloat, OverlappingComponents) {
 TEST(HollowFloat, AllResolutions) {
   const Mesh solid = uv_ellipsoid(30, 22, 16, 32);
   for (const int resolution : {20, 50, 120, 300}) {
-    FloatOptions options;
+    Job<FloatSpec> options;
     options.hollow.resolution = resolution;
-    options.submerged_fraction = 0.55;
+    options.spec.submerged_fraction = 0.55;
     expect_floats(solid, options, "n" + std::to_string(resolution));
   }
 }
 
 TEST(HollowFloat, TheWaterlineFoundHasTheLargestMetacentricHeight) {
   const Mesh solid = rotated(uv_ellipsoid(30, 22, 16, 32), Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitX()).toRotationMatrix());
-  const FloatResult best = hollow_float(solid, coarse());
-  EXPECT_TRUE(best.waterline_searched);
+  const Outcome<FloatSpec> best = hollowed(solid, coarse());
+  EXPECT_TRUE(best.found.waterline_searched);
   const auto height = [&](double waterline) {
-    FloatOptions options = coarse();
-    options.waterline_mm = waterline;
-    const FloatResult result = hollow_float(solid, options);
-    return float_state(result.hollow.delivered, goal_of(options, result), {}, false).metacentric_height_mm;
+    Job<FloatSpec> options = coarse();
+    options.spec.waterline_mm = waterline;
+    const Outcome<FloatSpec> result = hollowed(solid, options);
+    return float_state(result.delivery.body(), result.found, {}, false).metacentric_height_mm;
   };
-  const double at_best = height(best.waterline_mm);
-  for (const double step : {1.0, 2.0, 4.0}) EXPECT_GT(at_best, height(best.waterline_mm + step)) << step;
+  const double at_best = height(*best.found.waterline_mm);
+  for (const double step : {1.0, 2.0, 4.0}) EXPECT_GT(at_best, height(*best.found.waterline_mm + step)) << step;
 }
 
 TEST(HollowFloat, LowersTheCentreOfMassBelowThatOfAnyUniformFilling) {
   // Compare with the same body, equally heavy, of one lighter material.
   const Mesh solid = uv_ellipsoid(30, 22, 16, 32);
-  FloatOptions options = coarse();
-  options.submerged_fraction = 0.5;
-  const FloatResult result = hollow_float(solid, options);
-  const Moments s = mesh_moments(result.hollow.delivered);
+  Job<FloatSpec> options = coarse();
+  options.spec.submerged_fraction = 0.5;
+  const Outcome<FloatSpec> result = hollowed(solid, options);
+  const Moments s = mesh_moments(result.delivery.body());
   EXPECT_LT(s[MZ] / s[M1], -2);
 }
 
@@ -126,9 +118,9 @@ TEST(HollowFloat, IsTheSameForAnyNumberOfThreads) {
   const Mesh solid = uv_ellipsoid(30, 22, 16, 24);
   const auto run = [&](std::size_t threads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-    FloatOptions options = coarse();
-    options.submerged_fraction = 0.5;
-    return hollow_float(solid, options).hollow.delivered;
+    Job<FloatSpec> options = coarse();
+    options.spec.submerged_fraction = 0.5;
+    return hollowed(solid, options).delivery.body();
   };
   const Mesh one = run(1);
   const Mesh two = run(2);
@@ -137,29 +129,29 @@ TEST(HollowFloat, IsTheSameForAnyNumberOfThreads) {
 }
 
 TEST(HollowFloat, SaysThatTheShellIsTooHeavy) {
-  FloatOptions options = coarse();
-  options.waterline_mm = 8;
-  const std::string text = message_of([&] { hollow_float(uv_ellipsoid(30, 22, 16, 32), options); }, ErrorCode::goal);
+  Job<FloatSpec> options = coarse();
+  options.spec.waterline_mm = 8;
+  const std::string text = message_of([&] { hollowed(uv_ellipsoid(30, 22, 16, 32), options); }, ErrorCode::goal);
   EXPECT_TRUE(mentions(text, {"The shell alone weighs", "displaces", "deeper than", "--wall", "--density"}));
 }
 
 TEST(HollowFloat, TheAdviceWorks) {
   // "float it deeper than X": a little deeper than X is no longer too heavy.
   const Mesh solid = uv_ellipsoid(30, 22, 16, 32);
-  FloatOptions options = coarse();
-  options.waterline_mm = 3;
-  const std::string text = message_of([&] { hollow_float(solid, options); }, ErrorCode::goal);
+  Job<FloatSpec> options = coarse();
+  options.spec.waterline_mm = 3;
+  const std::string text = message_of([&] { hollowed(solid, options); }, ErrorCode::goal);
   const auto at = text.find("deeper than ");
   ASSERT_NE(at, std::string::npos);
-  options.waterline_mm = std::stod(text.substr(at + 12)) + 0.5;
-  EXPECT_NO_THROW(hollow_float(solid, options));
+  options.spec.waterline_mm = std::stod(text.substr(at + 12)) + 0.5;
+  EXPECT_NO_THROW(hollowed(solid, options));
 }
 
 TEST(HollowFloat, SaysThatTheSolidIsTooLight) {
-  FloatOptions options = coarse();
-  options.hollow.density_g_cm3 = 0.5;
-  options.submerged_fraction = 0.8;
-  const std::string text = message_of([&] { hollow_float(uv_ellipsoid(30, 22, 16, 32), options); }, ErrorCode::goal);
+  Job<FloatSpec> options = coarse();
+  options.spec.print.density_g_cm3 = 0.5;
+  options.spec.submerged_fraction = 0.8;
+  const std::string text = message_of([&] { hollowed(uv_ellipsoid(30, 22, 16, 32), options); }, ErrorCode::goal);
   EXPECT_TRUE(mentions(text, {"completely solid", "shallower than", "heavier than"}));
 }
 
@@ -169,50 +161,49 @@ TEST(HollowFloat, SaysThatItCannotBeBalanced) {
   wedge.vertices = {{0, 0, 0}, {60, 0, 40}, {60, 30, 40}, {0, 30, 0}, {0, 0, 40}, {0, 30, 40}};
   wedge.triangles = {{0, 1, 4}, {3, 5, 2}, {0, 4, 5}, {0, 5, 3}, {4, 1, 2}, {4, 2, 5}, {0, 3, 2}, {0, 2, 1}};
   ASSERT_TRUE(is_closed_solid(wedge));
-  FloatOptions options = coarse();
-  options.hollow.wall_mm = 0.6;
-  options.waterline_mm = 20;
-  const std::string text = message_of([&] { hollow_float(wedge, options); }, ErrorCode::goal);
+  Job<FloatSpec> options = coarse();
+  options.spec.print.wall_mm = 0.6;
+  options.spec.waterline_mm = 20;
+  const std::string text = message_of([&] { hollowed(wedge, options); }, ErrorCode::goal);
   EXPECT_TRUE(mentions(text, {"cannot be balanced", "no interior brings the centre of mass closer than", "mm"}));
 }
 
 TEST(HollowFloat, SaysThatUprightIsNotStable) {
   // A tall thin post of a light material cannot stand upright in water: too little of its weight is at the bottom.
-  FloatOptions options = coarse();
-  options.hollow.wall_mm = 1;
-  options.hollow.density_g_cm3 = 0.7;
-  options.submerged_fraction = 0.5;
+  Job<FloatSpec> options = coarse();
+  options.spec.print.wall_mm = 1;
+  options.spec.print.density_g_cm3 = 0.7;
+  options.spec.submerged_fraction = 0.5;
   const Mesh post = box({-5, -5, 0}, {5, 5, 80});
-  EXPECT_TRUE(mentions(message_of([&] { hollow_float(post, options); }, ErrorCode::goal), {"metacentric height"}));
-  options.submerged_fraction.reset();
-  EXPECT_TRUE(
-      mentions(message_of([&] { hollow_float(post, options); }, ErrorCode::goal), {"does not float upright at any waterline"}));
+  EXPECT_TRUE(mentions(message_of([&] { hollowed(post, options); }, ErrorCode::goal), {"metacentric height"}));
+  options.spec.submerged_fraction.reset();
+  EXPECT_TRUE(mentions(message_of([&] { hollowed(post, options); }, ErrorCode::goal), {"does not float upright at any waterline"}));
 }
 
 TEST(HollowFloat, SaysThatItSinks) {
-  FloatOptions options = coarse();
-  options.hollow.density_g_cm3 = 8;
-  const std::string text = message_of([&] { hollow_float(icosphere(15, 4), options); }, ErrorCode::goal);
+  Job<FloatSpec> options = coarse();
+  options.spec.print.density_g_cm3 = 8;
+  const std::string text = message_of([&] { hollowed(icosphere(15, 4), options); }, ErrorCode::goal);
   EXPECT_TRUE(mentions(text, {"sinks at any waterline", "the shell alone weighs", "lighter than"}));
 }
 
 TEST(HollowFloat, SaysThatNothingRemainsInside) {
-  const std::string text = message_of([&] { hollow_float(box({0, 0, 0}, {30, 20, 2}), coarse()); }, ErrorCode::goal);
+  const std::string text = message_of([&] { hollowed(box({0, 0, 0}, {30, 20, 2}), coarse()); }, ErrorCode::goal);
   EXPECT_TRUE(mentions(text, {"Nothing remains inside a wall of 1.20 mm", "1.000 mm from the surface", "--unit", "--wall"}));
 }
 
 TEST(HollowFloat, RefusesOptionsThatMakeNoSense) {
   const Mesh solid = icosphere(15, 3);
-  const auto refused = [&](const std::function<void(FloatOptions&)>& change) {
-    FloatOptions options = coarse();
+  const auto refused = [&](const std::function<void(Job<FloatSpec>&)>& change) {
+    Job<FloatSpec> options = coarse();
     change(options);
-    return message_of([&] { hollow_float(solid, options); }, ErrorCode::usage);
+    return message_of([&] { hollowed(solid, options); }, ErrorCode::usage);
   };
-  EXPECT_TRUE(mentions(refused([](FloatOptions& o) { o.hollow.wall_mm = -1; }), {"wall"}));
-  EXPECT_TRUE(mentions(refused([](FloatOptions& o) { o.hollow.resolution = 5; }), {"20", "1000"}));
-  EXPECT_TRUE(mentions(refused([](FloatOptions& o) { o.waterline_mm = 31; }), {"waterline", "30.00"}));
-  EXPECT_TRUE(mentions(refused([](FloatOptions& o) { o.hollow.up.setZero(); }), {"up"}));
-  EXPECT_TRUE(mentions(refused([](FloatOptions& o) { o.fluid_g_cm3 = NAN; }), {"fluid"}));
+  EXPECT_TRUE(mentions(refused([](Job<FloatSpec>& o) { o.spec.print.wall_mm = -1; }), {"wall"}));
+  EXPECT_TRUE(mentions(refused([](Job<FloatSpec>& o) { o.hollow.resolution = 5; }), {"20", "1000"}));
+  EXPECT_TRUE(mentions(refused([](Job<FloatSpec>& o) { o.spec.waterline_mm = 31; }), {"waterline", "30.00"}));
+  EXPECT_TRUE(mentions(refused([](Job<FloatSpec>& o) { o.spec.up.setZero(); }), {"up"}));
+  EXPECT_TRUE(mentions(refused([](Job<FloatSpec>& o) { o.spec.fluid_g_cm3 = NAN; }), {"fluid"}));
 }
 
 TEST(HollowFloat, CanBeInterruptedInEveryStage) {
@@ -222,7 +213,7 @@ TEST(HollowFloat, CanBeInterruptedInEveryStage) {
     Progress progress;
     progress.stage = [&current](std::string_view name) { current = name; };
     progress.cancelled = [&] { return current == stage; };
-    message_of([&] { hollow_float(solid, coarse(), progress); }, ErrorCode::interrupted);
+    message_of([&] { hollowed(solid, coarse(), progress); }, ErrorCode::interrupted);
     EXPECT_EQ(current, stage);
   }
 }
@@ -258,10 +249,10 @@ TEST_P(SharedShapes, FloatsUpright) {
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is missing";
   Mesh mesh = read_mesh(path).mesh;
   if (shape.size_mm > 0) mesh = scaled(mesh, shape.size_mm / bounding_box(mesh).sizes().maxCoeff());
-  FloatOptions options;
-  options.hollow.up = shape.up == 'y' ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitZ();
+  Job<FloatSpec> options;
+  options.spec.up = shape.up == 'y' ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitZ();
   options.hollow.resolution = 120;
-  if (shape.waterline_mm > 0) options.waterline_mm = shape.waterline_mm;
+  if (shape.waterline_mm > 0) options.spec.waterline_mm = shape.waterline_mm;
   expect_floats(require_solid(mesh, shape.file).mesh, options, "shared");
 }
 

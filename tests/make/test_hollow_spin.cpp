@@ -13,6 +13,7 @@
 #include "rayrep/judge/verify.h"
 #include "rayrep/make/hollow.h"
 #include "rayrep/mesh/level_set.h"
+#include "runs.h"
 #include "solids.h"
 
 namespace rayrep {
@@ -22,23 +23,23 @@ using namespace test;
 using Eigen::Vector3d;
 using Through = SpinAxis::Through;
 
-SpinOptions coarse(Through through = Through::lowest_point) {
-  SpinOptions options;
+Job<SpinSpec> coarse(Through through = Through::lowest_point) {
+  Job<SpinSpec> options;
   options.hollow.resolution = 40;
-  options.axis.through = through;
+  options.spec.axis.through = through;
   return options;
 }
 
-SpinOptions about(const Vector3d& contact_mm) {
-  SpinOptions options = coarse(Through::point);
-  options.axis.point_mm = contact_mm;
+Job<SpinSpec> about(const Vector3d& contact_mm) {
+  Job<SpinSpec> options = coarse(Through::point);
+  options.spec.axis.point_mm = contact_mm;
   return options;
 }
 
-SpinOptions yoyo() {
-  SpinOptions options = coarse();
-  options.yoyo = true;
-  options.weights.lambda = 0;
+Job<SpinSpec> yoyo() {
+  Job<SpinSpec> options = coarse();
+  options.spec.yoyo = true;
+  options.spec.lambda = 0;
   return options;
 }
 
@@ -57,27 +58,16 @@ Mesh lopsided_lens() {
   return mesh_implicit(distance, Eigen::AlignedBox3d(Vector3d(-30, -26, -16), Vector3d(34, 26, 16)), 1.0);
 }
 
-SpinGoalSpec goal_of(const SpinOptions& options, const SpinResult& result) {
-  SpinGoalSpec goal;
-  goal.axis = options.hollow.up;
-  goal.contact_mm = result.contact_mm;
-  goal.yoyo = options.yoyo;
-  goal.prefer = options.largest ? AxisClass::largest : AxisClass::smallest;
-  goal.density_g_cm3 = options.hollow.density_g_cm3;
-  goal.wall_mm = options.hollow.wall_mm;
-  return goal;
-}
-
 /// Runs hollow_spin with float32 storage and judges the file; a mesh that fails stays in the temporary folder.
-SpinState expect_spins(const Mesh& solid, const SpinOptions& options, const std::string& name) {
-  SpinOptions stored = options;
+SpinState expect_spins(const Mesh& solid, const Job<SpinSpec>& options, const std::string& name) {
+  Job<SpinSpec> stored = options;
   stored.hollow.as_stored = [](const Mesh& mesh) { return as_stored("x.stl", mesh); };
-  const SpinResult result = hollow_spin(solid, stored);
-  EXPECT_EQ(result.hollow.solve.status, SolveStatus::converged) << result.hollow.solve.solver_status;
-  EXPECT_GE(result.hollow.cavities, 1u);
+  const Outcome<SpinSpec> result = hollowed(solid, stored);
+  EXPECT_EQ(result.solve.status, SolveStatus::converged) << result.solve.solver_status;
+  EXPECT_GE(result.cavities, 1u);
   const auto path = own_file(name + ".stl");
-  write_mesh(path, result.hollow.delivered);
-  const SpinVerdict verdict = verify_spin(read_mesh(path).mesh, &solid, goal_of(options, result));
+  write_mesh(path, result.delivery.body());
+  const SpinVerdict verdict = verify(read_mesh(path).mesh, &solid, result.found);
   for (const Criterion& c : verdict.criteria)
     EXPECT_TRUE(c.pass()) << path << ": " << c.name << " " << c.value << " limit " << c.limit;
   EXPECT_LT(verdict.state.offset_mm, 2e-5 * bounding_box(solid).diagonal().norm() * 1.01);  // HollowOptions::as_built_tolerance
@@ -86,10 +76,10 @@ SpinState expect_spins(const Mesh& solid, const SpinOptions& options, const std:
 }
 
 /// Objective of the first solve, before anything is fed back from the mesh: then different runs solve the same programme.
-double first_objective(const Mesh& solid, SpinOptions options) {
+double first_objective(const Mesh& solid, Job<SpinSpec> options) {
   options.hollow.resolution = 30;
   options.hollow.max_passes = 1;
-  return hollow_spin(solid, options).objective;
+  return hollowed(solid, options).solve.objective;
 }
 
 TEST(HollowSpin, ATiltedEllipsoidBelowItsCentreOfMass) {
@@ -103,11 +93,11 @@ TEST(HollowSpin, ATiltedEllipsoidBelowItsCentreOfMass) {
 TEST(HollowSpin, ABoxWithATieBecomesDistinctlyTheLargest) {
   // 20 x 20 x 30 about x: Izz equals one lateral moment, which no spin survives.
   const Mesh solid = box({0, 0, 0}, {20, 20, 30});
-  SpinOptions options = coarse();
-  options.hollow.up = Vector3d::UnitX();
-  SpinGoalSpec goal;
-  goal.axis = Vector3d::UnitX();
-  goal.contact_mm = {0, 10, 15};
+  Job<SpinSpec> options = coarse();
+  options.spec.up = Vector3d::UnitX();
+  SpinSpec goal;
+  goal.up = Vector3d::UnitX();
+  goal.axis = {.through = Through::point, .point_mm = {0, 10, 15}};
   const SpinState before = spin_state_of(solid, goal);
   EXPECT_NEAR(before.ratio_larger, 1, 1e-9);
   EXPECT_EQ(before.axis_class, AxisClass::middle);
@@ -121,20 +111,20 @@ TEST(HollowSpin, TheContactPoint) {
   // A box's lowest point is the middle of its base; an axis through its centre of mass leaves it there; so does one through a
   // point.
   const Mesh solid = moved(box({-15, -10, 0}, {15, 10, 8}), {100, -50, 30});
-  SpinOptions options = coarse();
+  Job<SpinSpec> options = coarse();
   options.hollow.max_passes = 1;
   options.hollow.resolution = 20;
   const Vector3d base(100, -50, 30);
-  EXPECT_TRUE(near(hollow_spin(solid, options).contact_mm, base, 1e-9));
-  options.axis.through = Through::centre_of_mass;
-  EXPECT_TRUE(near(hollow_spin(solid, options).contact_mm, base, 1e-9));
-  options.axis = {.through = Through::point, .point_mm = {100.25, -50.25, 1000}, .leaves_below = true};
-  EXPECT_TRUE(near(hollow_spin(solid, options).contact_mm, Vector3d(100.25, -50.25, 30), 1e-9));
-  options.axis = {.through = Through::point, .point_mm = {100.25, -50.25, 29}, .leaves_below = false};
-  EXPECT_TRUE(near(hollow_spin(solid, options).contact_mm, Vector3d(100.25, -50.25, 29), 1e-12));
-  options.axis = {};
-  options.hollow.up = -Vector3d::UnitZ();
-  EXPECT_TRUE(near(hollow_spin(solid, options).contact_mm, Vector3d(100, -50, 38), 1e-9));
+  EXPECT_TRUE(near(place_of(hollowed(solid, options).found), base, 1e-9));
+  options.spec.axis.through = Through::centre_of_mass;
+  EXPECT_TRUE(near(place_of(hollowed(solid, options).found), base, 1e-9));
+  options.spec.axis = {.through = Through::point, .point_mm = {100.25, -50.25, 1000}, .leaves_below = true};
+  EXPECT_TRUE(near(place_of(hollowed(solid, options).found), Vector3d(100.25, -50.25, 30), 1e-9));
+  options.spec.axis = {.through = Through::point, .point_mm = {100.25, -50.25, 29}, .leaves_below = false};
+  EXPECT_TRUE(near(place_of(hollowed(solid, options).found), Vector3d(100.25, -50.25, 29), 1e-12));
+  options.spec.axis = {};
+  options.spec.up = -Vector3d::UnitZ();
+  EXPECT_TRUE(near(place_of(hollowed(solid, options).found), Vector3d(100, -50, 38), 1e-9));
 }
 
 TEST(HollowSpin, AnAsymmetricYoyo) {
@@ -150,21 +140,21 @@ TEST(HollowSpin, CompleteBoundsAreNeverWorseThanThePapers) {
   struct Case {
     const char* name;
     Mesh solid;
-    SpinOptions options;
+    Job<SpinSpec> options;
     double least_gain;  // relative
   };
-  SpinOptions about_x = coarse();
-  about_x.hollow.up = Vector3d::UnitX();
+  Job<SpinSpec> about_x = coarse();
+  about_x.spec.up = Vector3d::UnitX();
   const Case cases[] = {{"tilted egg", tilted_egg(), coarse(Through::centre_of_mass), 1e-4},
                         {"cone", cone(20, 30, 32), coarse(), 1e-4},
                         {"box", box({0, 0, 0}, {20, 20, 30}), about_x, -1}};
   for (const Case& c : cases) {
-    SpinOptions options = c.options;
+    Job<SpinSpec> options = c.options;
     const double exact = first_objective(c.solid, options);
     options.hollow.solver = Solver::rays;
     const double complete = first_objective(c.solid, options);
     EXPECT_NEAR(complete, exact, 1e-6 * exact) << c.name;
-    options.bounds = SegmentBounds::paper;
+    options.hollow.bounds = SegmentBounds::paper;
     const double paper = first_objective(c.solid, options);
     EXPECT_LE(complete, paper + 1e-6) << c.name;
     EXPECT_GE((paper - complete) / paper, c.least_gain) << c.name;
@@ -176,9 +166,9 @@ TEST(HollowSpin, WhereItStartsDoesNotMatter) {
   double worst = 0;
   double from_solid = 0;
   for (const double fill : {1.0, 0.5, 0.1}) {
-    SpinOptions options = coarse(Through::centre_of_mass);
+    Job<SpinSpec> options = coarse(Through::centre_of_mass);
     options.hollow.solver = Solver::rays;
-    options.start_fill = fill;
+    options.hollow.start_fill = fill;
     const double objective = first_objective(tilted_egg(), options);
     if (fill == 1) from_solid = objective;
     best = std::min(best, objective);
@@ -191,16 +181,16 @@ TEST(HollowSpin, WhereItStartsDoesNotMatter) {
 TEST(HollowSpin, IsTheSameForAnyNumberOfThreads) {
   const auto run = [&](std::size_t threads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-    SpinOptions options = coarse(Through::centre_of_mass);
+    Job<SpinSpec> options = coarse(Through::centre_of_mass);
     options.hollow.max_passes = 1;
     options.hollow.resolution = 30;
-    return hollow_spin(tilted_egg(), options);
+    return hollowed(tilted_egg(), options);
   };
-  const SpinResult one = run(1);
-  const SpinResult two = run(2);
-  EXPECT_EQ(one.hollow.delivered.vertices, two.hollow.delivered.vertices);
-  EXPECT_EQ(one.hollow.delivered.triangles, two.hollow.delivered.triangles);
-  EXPECT_EQ(one.objective, two.objective);
+  const Outcome<SpinSpec> one = run(1);
+  const Outcome<SpinSpec> two = run(2);
+  EXPECT_EQ(one.delivery.body().vertices, two.delivery.body().vertices);
+  EXPECT_EQ(one.delivery.body().triangles, two.delivery.body().triangles);
+  EXPECT_EQ(one.solve.objective, two.solve.objective);
 }
 
 /// Distance from the line (x, 10) of the centre of mass of the 40 x 20 x 20 box below with wall w, at the nearest: by symmetry the
@@ -219,14 +209,14 @@ double smallest_offset_of_block(double x, double w) {
 TEST(HollowSpin, WhatItSuggestsSpins) {
   const Mesh block = box({0, 0, 0}, {40, 20, 20});
   const auto finer = [](const Vector3d& point) {
-    SpinOptions options = about(point);
+    Job<SpinSpec> options = about(point);
     options.hollow.resolution = 80;
     return options;
   };
-  SpinOptions options = finer({8, 10, 0});
+  Job<SpinSpec> options = finer({8, 10, 0});
   std::vector<std::string> remedies;
   try {
-    hollow_spin(block, options);
+    hollowed(block, options);
   } catch (const Error& error) {
     remedies = error.remedies();
   }
@@ -240,48 +230,48 @@ TEST(HollowSpin, WhatItSuggestsSpins) {
   EXPECT_EQ(after.axis_class, AxisClass::largest);
   // The nearest: half of the way does not do.
   options = finer({0.5 * (8 + x), 10, 0});
-  EXPECT_THROW(hollow_spin(block, options), Error);
+  EXPECT_THROW(hollowed(block, options), Error);
 }
 
 TEST(HollowSpin, TheSearchedAxisIsThatOfTheEgg) {
   // An egg tilted by 15 degrees: within 20 degrees of the vertical the best axis is near its own, and beats the vertical.
-  SpinOptions options = coarse(Through::centre_of_mass);
+  Job<SpinSpec> options = coarse(Through::centre_of_mass);
   options.hollow.resolution = 40;
   options.hollow.max_passes = 1;
-  const SpinResult vertical = hollow_spin(tilted_egg(), options);
-  options.max_tilt_rad = 20 * kPi / 180;
-  const SpinResult searched = hollow_spin(tilted_egg(), options);
-  EXPECT_LT(searched.objective, vertical.objective);
-  EXPECT_LE(std::acos(std::min(1.0, searched.up.z())), options.max_tilt_rad + 1e-9);
-  EXPECT_NEAR(searched.up.norm(), 1, 1e-12);
+  const Outcome<SpinSpec> vertical = hollowed(tilted_egg(), options);
+  options.spec.max_tilt_rad = 20 * kPi / 180;
+  const Outcome<SpinSpec> searched = hollowed(tilted_egg(), options);
+  EXPECT_LT(searched.solve.objective, vertical.solve.objective);
+  EXPECT_LE(std::acos(std::min(1.0, searched.found.up.z())), options.spec.max_tilt_rad + 1e-9);
+  EXPECT_NEAR(searched.found.up.norm(), 1, 1e-12);
   // And a searched point beats the one below the centre of mass, or is as good.
-  options.max_tilt_rad = 0;
-  options.axis.through = Through::best;
-  EXPECT_LE(hollow_spin(tilted_egg(), options).objective, vertical.objective + 1e-6);
+  options.spec.max_tilt_rad = 0;
+  options.spec.axis.through = Through::best;
+  EXPECT_LE(hollowed(tilted_egg(), options).solve.objective, vertical.solve.objective + 1e-6);
 }
 
 TEST(HollowSpin, CertifiesTheOptimumItBuilds) {
-  SpinOptions options = coarse(Through::centre_of_mass);
+  Job<SpinSpec> options = coarse(Through::centre_of_mass);
   options.hollow.max_passes = 1;
-  options.certify = true;
-  const SpinResult result = hollow_spin(tilted_egg(), options);
+  options.spec.certify = true;
+  const Outcome<SpinSpec> result = hollowed(tilted_egg(), options);
   ASSERT_TRUE(result.certificate);
   EXPECT_TRUE(result.certificate->closed);
-  EXPECT_LE(result.certificate->lower_bound, result.objective + 1e-9);
-  EXPECT_NEAR(result.certificate->best.objective, result.objective, 1e-9);
-  options.largest = false;
-  EXPECT_THROW(hollow_spin(tilted_egg(), options), Error);
+  EXPECT_LE(result.certificate->lower_bound, result.solve.objective + 1e-9);
+  EXPECT_NEAR(result.certificate->best.objective, result.solve.objective, 1e-9);
+  options.spec.prefer = AxisClass::smallest;
+  EXPECT_THROW(hollowed(tilted_egg(), options), Error);
 }
 
 TEST(HollowSpin, SaysThatItCannotBeBalancedAndHowCloseItComes) {
   const Mesh block = box({0, 0, 0}, {40, 20, 20});
   for (const double x : {3.0, 8.0}) {
-    SpinOptions options = about({x, 10, 0});
-    const std::string text = message_of([&] { hollow_spin(block, options); }, ErrorCode::goal);
+    Job<SpinSpec> options = about({x, 10, 0});
+    const std::string text = message_of([&] { hollowed(block, options); }, ErrorCode::goal);
     ASSERT_TRUE(mentions(text, {"cannot be balanced", "alone comes to within ", "mm of the axis", "--point"}));
     const double offset = std::stod(text.substr(text.find("alone comes to within ") + 22));
-    EXPECT_NEAR(offset, smallest_offset_of_block(x, options.hollow.wall_mm), 0.6);  // rays are 1 mm apart
-    EXPECT_LT(offset, 20 - x);                                                      // that of the solid
+    EXPECT_NEAR(offset, smallest_offset_of_block(x, options.spec.print.wall_mm), 0.6);  // rays are 1 mm apart
+    EXPECT_LT(offset, 20 - x);                                                          // that of the solid
   }
 }
 
@@ -297,24 +287,24 @@ TEST(HollowSpin, AnAxisThatCanBeBalancedIsNotRefused) {
 
 TEST(HollowSpin, RefusesOptionsThatMakeNoSense) {
   const Mesh solid = icosphere(15, 3);
-  const auto refused = [&](const std::function<void(SpinOptions&)>& change) {
-    SpinOptions options = coarse();
+  const auto refused = [&](const std::function<void(Job<SpinSpec>&)>& change) {
+    Job<SpinSpec> options = coarse();
     change(options);
-    return message_of([&] { hollow_spin(solid, options); }, ErrorCode::usage);
+    return message_of([&] { hollowed(solid, options); }, ErrorCode::usage);
   };
-  EXPECT_TRUE(mentions(refused([](SpinOptions& o) {
-                         o.axis = {.through = Through::point, .point_mm = {100, 0, 0}, .leaves_below = true};
+  EXPECT_TRUE(mentions(refused([](Job<SpinSpec>& o) {
+                         o.spec.axis = {.through = Through::point, .point_mm = {100, 0, 0}, .leaves_below = true};
                        }),
                        {"does not meet the mesh", "--point"}));
-  EXPECT_TRUE(mentions(refused([](SpinOptions& o) { o.weights.lambda = -1; }), {"weights"}));
-  EXPECT_TRUE(mentions(refused([](SpinOptions& o) { o.weights.gamma_c = -1; }), {"weights"}));
-  EXPECT_TRUE(mentions(refused([](SpinOptions& o) { o.weights.gamma_i = NAN; }), {"weights"}));
-  EXPECT_TRUE(mentions(refused([](SpinOptions& o) { o.weights.gamma_i = INFINITY; }), {"weights"}));
-  EXPECT_TRUE(mentions(refused([](SpinOptions& o) { o.hollow.wall_mm = 0; }), {"wall"}));
-  EXPECT_TRUE(mentions(refused([](SpinOptions& o) { o.hollow.up.setZero(); }), {"up"}));
+  EXPECT_TRUE(mentions(refused([](Job<SpinSpec>& o) { o.spec.lambda = -1; }), {"--lambda must not be negative"}));
+  EXPECT_TRUE(mentions(refused([](Job<SpinSpec>& o) { o.spec.gamma_c = -1; }), {"--gamma-c must not be negative"}));
+  EXPECT_TRUE(mentions(refused([](Job<SpinSpec>& o) { o.spec.gamma_i = NAN; }), {"--gamma-i"}));
+  EXPECT_TRUE(mentions(refused([](Job<SpinSpec>& o) { o.spec.gamma_i = INFINITY; }), {"--gamma-i"}));
+  EXPECT_TRUE(mentions(refused([](Job<SpinSpec>& o) { o.spec.print.wall_mm = 0; }), {"wall"}));
+  EXPECT_TRUE(mentions(refused([](Job<SpinSpec>& o) { o.spec.up.setZero(); }), {"up"}));
   EXPECT_TRUE(mentions(message_of(
                            [&] {
-                             hollow_spin(box({0, 0, 0}, {30, 20, 2}), coarse());
+                             hollowed(box({0, 0, 0}, {30, 20, 2}), coarse());
                            },
                            ErrorCode::goal),
                        {"Nothing remains inside a wall of 1.20 mm"}));
@@ -322,10 +312,10 @@ TEST(HollowSpin, RefusesOptionsThatMakeNoSense) {
 
 TEST(HollowSpin, TheAxisOfATorusRunsThroughItsHole) {
   // The tip is then thought at the level of the lowest point.
-  SpinOptions options = coarse(Through::centre_of_mass);
+  Job<SpinSpec> options = coarse(Through::centre_of_mass);
   options.hollow.max_passes = 1;
-  const SpinResult result = hollow_spin(torus(20, 8, 32, 16), options);
-  EXPECT_TRUE(near(result.contact_mm, Vector3d(0, 0, -8), 1e-9));
+  const Outcome<SpinSpec> result = hollowed(torus(20, 8, 32, 16), options);
+  EXPECT_TRUE(near(place_of(result.found), Vector3d(0, 0, -8), 1e-9));
 }
 
 TEST(HollowSpin, CanBeInterruptedInEveryStage) {
@@ -335,7 +325,7 @@ TEST(HollowSpin, CanBeInterruptedInEveryStage) {
     Progress progress;
     progress.stage = [&current](std::string_view name) { current = name; };
     progress.cancelled = [&] { return current == stage; };
-    message_of([&] { hollow_spin(solid, coarse(), progress); }, ErrorCode::interrupted);
+    message_of([&] { hollowed(solid, coarse(), progress); }, ErrorCode::interrupted);
     EXPECT_EQ(current, stage);
   }
 }

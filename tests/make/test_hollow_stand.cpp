@@ -8,6 +8,7 @@
 #include "rayrep/judge/verify.h"
 #include "rayrep/make/hollow.h"
 #include "rayrep/mesh/level_set.h"
+#include "runs.h"
 #include "solids.h"
 
 namespace rayrep {
@@ -15,21 +16,21 @@ namespace {
 
 using namespace test;
 
-StandOptions coarse() {
-  StandOptions options;
+Job<StandSpec> coarse() {
+  Job<StandSpec> options;
   options.hollow.resolution = 40;
   options.hollow.as_stored = [](const Mesh& mesh) { return as_stored("x.stl", mesh); };
   return options;
 }
 
-StandVerdict expect_stands(const Mesh& solid, const StandOptions& options) {
-  const StandResult result = hollow_stand(solid, options);
+StandVerdict expect_stands(const Mesh& solid, const Job<StandSpec>& options) {
+  const Outcome<StandSpec> result = hollowed(solid, options);
   const auto path = own_file("stand.stl");
-  write_mesh(path, result.hollow.delivered);
-  StandGoalSpec goal;
-  goal.up = options.hollow.up;
-  goal.target_mm = result.target_mm;
-  const StandVerdict verdict = verify_stand(read_mesh(path).mesh, &solid, goal);
+  write_mesh(path, result.delivery.body());
+  StandSpec goal;
+  goal.up = options.spec.up;
+  goal.target_mm = *result.found.target_mm;
+  const StandVerdict verdict = verify(read_mesh(path).mesh, &solid, goal);
   for (const Criterion& c : verdict.criteria)
     EXPECT_TRUE(c.pass()) << path << ": " << c.name << " " << c.value << " limit " << c.limit;
   if (verdict.pass()) std::filesystem::remove(path);
@@ -54,14 +55,14 @@ TEST(HollowStand, ABoxBringsItsCentreOfMassDown) {
 
 TEST(HollowStand, TheGapIsClosedByTheExactSolverAndSmallByIpopt) {
   const Mesh solid = polycubes({{0, 0, 0}, {0, 0, 1}, {0, 0, 2}, {1, 0, 2}}, 20);
-  StandOptions options = coarse();
-  const StandResult exact = hollow_stand(solid, options);
-  EXPECT_LT(exact.hollow.duality_gap, 1e-9);
+  Job<StandSpec> options = coarse();
+  const Outcome<StandSpec> exact = hollowed(solid, options);
+  EXPECT_LT(exact.duality_gap, 1e-9);
   options.hollow.solver = Solver::rays;
-  const StandResult rays = hollow_stand(solid, options);
-  EXPECT_GE(rays.hollow.duality_gap, 0);
-  EXPECT_LT(rays.hollow.duality_gap, 1e-4);
-  EXPECT_NEAR(rays.objective, exact.objective, 1e-4 * exact.objective);
+  const Outcome<StandSpec> rays = hollowed(solid, options);
+  EXPECT_GE(*rays.duality_gap, 0);
+  EXPECT_LT(*rays.duality_gap, 1e-4);
+  EXPECT_NEAR(rays.solve.objective, exact.solve.objective, 1e-4 * exact.solve.objective);
 }
 
 TEST(HollowStand, AToweringHeadIsBalancedOverTheBase) {
@@ -74,25 +75,25 @@ TEST(HollowStand, AToweringHeadIsBalancedOverTheBase) {
 
 TEST(HollowStand, TheLargestTippingAngleIsNoSmallerThanAtTheSafestPoint) {
   const Mesh solid = polycubes({{0, 0, 0}, {0, 0, 1}, {0, 0, 2}, {1, 0, 2}}, 20);
-  StandOptions options = coarse();
+  Job<StandSpec> options = coarse();
   const double lowest = expect_stands(solid, options).state.smallest_tipping_angle_rad;
-  options.objective = StandOptions::Objective::tip_angle;
+  options.spec.objective = StandSpec::Objective::tip_angle;
   EXPECT_GE(expect_stands(solid, options).state.smallest_tipping_angle_rad, lowest - 1e-3);
 }
 
 TEST(HollowStand, AGivenTargetIsMet) {
-  StandOptions options = coarse();
-  options.target_mm = Eigen::Vector3d(8, 11, 0);
-  const StandResult result = hollow_stand(box({0, 0, 0}, {20, 20, 40}), options);
-  const Moments s = mesh_moments(result.hollow.delivered);
+  Job<StandSpec> options = coarse();
+  options.spec.target_mm = Eigen::Vector3d(8, 11, 0);
+  const Outcome<StandSpec> result = hollowed(box({0, 0, 0}, {20, 20, 40}), options);
+  const Moments s = mesh_moments(result.delivery.body());
   EXPECT_NEAR(s[MX] / s[M1], 8, 1e-3);
   EXPECT_NEAR(s[MY] / s[M1], 11, 1e-3);
 }
 
 TEST(HollowStand, RefusesAPointAnEdgeAndATargetOutOfReach) {
-  const auto message = [](const Mesh& solid, const StandOptions& options) -> std::string {
+  const auto message = [](const Mesh& solid, const Job<StandSpec>& options) -> std::string {
     try {
-      hollow_stand(solid, options);
+      hollowed(solid, options);
     } catch (const Error& error) {
       EXPECT_EQ(error.code(), ErrorCode::goal) << error.what();
       return error.what();
@@ -104,8 +105,8 @@ TEST(HollowStand, RefusesAPointAnEdgeAndATargetOutOfReach) {
   const Mesh roof =
       rotated(box({-10, -20, -10}, {10, 20, 10}), Eigen::AngleAxisd(kPi / 4, Eigen::Vector3d::UnitY()).toRotationMatrix());
   EXPECT_NE(message(roof, coarse()).find("an edge only"), std::string::npos) << message(roof, coarse());
-  StandOptions far = coarse();
-  far.target_mm = Eigen::Vector3d(1, 10, 0);
+  Job<StandSpec> far = coarse();
+  far.spec.target_mm = Eigen::Vector3d(1, 10, 0);
   EXPECT_NE(message(box({0, 0, 0}, {20, 20, 40}), far).find("mm beside it"), std::string::npos);
 }
 

@@ -70,6 +70,16 @@ TEST(Monomials, AreTheTenProductsInOrder) {
   EXPECT_EQ(monomials({2, 3, 5}), expected);
 }
 
+TEST(Monomials, AQuadricIsItsTaylorSeries) {
+  Moments q;
+  q << 3, -1, 4, 1, -5, 9, 2, -6, 5, 3.5;
+  const Eigen::Vector3d p(0.3, -1.2, 2.5);
+  const Eigen::Vector3d d(-0.7, 0.4, 1.1);
+  EXPECT_NEAR(quadric_value(q, Eigen::Vector3d::UnitX() * 2), 3 - 1 * 2 - 5 * 4, 1e-13);
+  EXPECT_NEAR(quadric_value(q, p + d), quadric_value(q, p) + quadric_gradient(q, p).dot(d) + 0.5 * d.dot(quadric_hessian(q) * d),
+              1e-12);
+}
+
 TEST(MeshMoments, UnitTetrahedron) {
   Moments expected;
   expected << 1. / 6, 1. / 24, 1. / 24, 1. / 24, 1. / 60, 1. / 60, 1. / 60, 1. / 120, 1. / 120, 1. / 120;

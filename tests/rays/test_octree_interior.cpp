@@ -185,12 +185,12 @@ TEST(OctreeInterior, TheRegulariserIsTheLaplaciansAndItsDerivativesAreExact) {
   const OctreeInterior plain(p.domain, octree.leaves());
   ASSERT_EQ(plain.variables(), octree.variables());
   ASSERT_GT(octree.variables(), 30);
-  const FloatGoal floating(0.7 * p.solid[M1], {0.3, -0.2}, 40);
-  const SpinGoal spinning({.lambda = 0.3}, true, false, p.solid[M1], p.length_mm);
-  for (const Goal* goal : {static_cast<const Goal*>(&floating), static_cast<const Goal*>(&spinning)}) {
-    const InteriorNlp with(*goal, octree, p.shell, {p.solid[M1], p.length_mm});
-    const InteriorNlp without(*goal, plain, p.shell, {p.solid[M1], p.length_mm});
-    EXPECT_EQ(with.quadratic(), goal->affine());
+  const Goal floating = float_goal(0.7 * p.solid[M1], {0.3, -0.2}, 40);
+  const Goal spinning = spin_goal({.lambda = 0.3}, true, false, p.solid[M1], p.length_mm);
+  for (const Goal& goal : {floating, spinning}) {
+    const InteriorNlp with(goal, octree, p.shell, {p.solid[M1], p.length_mm});
+    const InteriorNlp without(goal, plain, p.shell, {p.solid[M1], p.length_mm});
+    EXPECT_EQ(with.quadratic(), goal.affine);
     Eigen::VectorXd x = with.start();
     const auto n = octree.variables();
     EXPECT_NEAR(with.objective(x), without.objective(x), 1e-12);  // a constant fill is free
@@ -247,17 +247,18 @@ TEST(OctreeInterior, TheRegulariserIsTheLaplaciansAndItsDerivativesAreExact) {
 struct Floating {
   EllipsoidRays rays;
   double volume;
-  FloatGoal goal;
+  Goal goal;
   double bound;
 
   explicit Floating(int across)
       : rays(across, false),
         volume(0.7 * rays.solid[M1]),
-        goal(volume, {0.5, -0.3}, rays.length_mm),
+        goal(float_goal(volume, {0.5, -0.3}, rays.length_mm)),
         bound(solve_quadric(goal, RayIntegrals(rays.domain), rays.shell).lower_bound) {}
 
-  OctreeReport solve(const OctreeOptions& options = {}) const {
-    return solve_octree(goal, rays.domain, rays.shell, {volume, rays.length_mm}, options);
+  OctreeReport solve(OctreeOptions options = {}) const {
+    options.scale = {volume, rays.length_mm};
+    return solve_octree(goal, rays.domain, rays.shell, options);
   }
   double on_voxels() const {
     const VoxelInterior voxels(rays.domain, 1);
@@ -315,11 +316,12 @@ TEST(SolveOctree, ConvergesFromAboveAsResolutionGrows) {
 
 TEST(SolveOctree, SpinReachesTheVoxelsOptimum) {
   const EllipsoidRays p(20, true);
-  const SpinGoal goal({}, true, false, p.solid[M1], p.length_mm);
+  const Goal goal = spin_goal({}, true, false, p.solid[M1], p.length_mm);
   const InteriorNlp::Scale scale{p.solid[M1], p.length_mm};
   OctreeOptions options;
+  options.scale = scale;
   options.solve.barrier_target = 1e-7;
-  const OctreeReport report = solve_octree(goal, p.domain, p.shell, scale, options);
+  const OctreeReport report = solve_octree(goal, p.domain, p.shell, options);
   ASSERT_EQ(report.solve.status, SolveStatus::converged) << report.solve.solver_status;
   EXPECT_LT(goal.constraint_values(report.body).norm(), 1e-9);
   const auto optimum = [&](const Interior& interior) {
@@ -390,15 +392,15 @@ TEST(SolveOctree, SaysWhyItStops) {
   EXPECT_EQ(early.rounds, 2);
   EXPECT_GT(early.unsplit, 0u);
 
-  const FloatGoal heavy(1.1 * p.rays.solid[M1], {0, 0}, p.rays.length_mm);
-  const OctreeReport infeasible = solve_octree(heavy, p.rays.domain, p.rays.shell, {p.volume, p.rays.length_mm});
+  const Goal heavy = float_goal(1.1 * p.rays.solid[M1], {0, 0}, p.rays.length_mm);
+  const OctreeReport infeasible = solve_octree(heavy, p.rays.domain, p.rays.shell, {.scale = {p.volume, p.rays.length_mm}});
   EXPECT_EQ(infeasible.solve.status, SolveStatus::infeasible) << infeasible.solve.solver_status;
   EXPECT_EQ(infeasible.rounds, 3);  // with each width down to one spacing
 
   Progress progress;
   progress.cancelled = [] { return true; };
   try {
-    solve_octree(p.goal, p.rays.domain, p.rays.shell, {p.volume, p.rays.length_mm}, {}, progress);
+    solve_octree(p.goal, p.rays.domain, p.rays.shell, {.scale = {p.volume, p.rays.length_mm}}, progress);
     FAIL() << "was not interrupted";
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::interrupted);

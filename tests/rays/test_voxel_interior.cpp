@@ -150,7 +150,7 @@ TEST(VoxelInterior, FloatConvergesFromAboveToTheProvenOptimum) {
   // Cubes cut by the plane of the optimum are off by O(k) each, and there are O(k^-2) of them: the objective by O(k^2).
   const EllipsoidRays p(48, false);
   const double volume = 0.7 * p.solid[M1];
-  const FloatGoal goal(volume, {0.5, -0.3}, p.length_mm);
+  const Goal goal = float_goal(volume, {0.5, -0.3}, p.length_mm);
   const double bound = solve_quadric(goal, RayIntegrals(p.domain), p.shell).lower_bound;
   std::vector<double> sizes;
   std::vector<double> gaps;
@@ -174,7 +174,7 @@ TEST(VoxelInterior, ItsOptimumConvergesAsTheRaysDo) {
   for (const int across : {14, 20, 28, 40}) {
     const EllipsoidRays p(across, false);
     const double volume = 0.7 * p.solid[M1];
-    const FloatGoal goal(volume, {0.5, -0.3}, p.length_mm);
+    const Goal goal = float_goal(volume, {0.5, -0.3}, p.length_mm);
     const VoxelInterior voxels(p.domain, 1);
     const InteriorNlp nlp(goal, voxels, p.shell, {volume, p.length_mm});
     sizes.push_back(p.domain.grid.spacing_mm);
@@ -187,7 +187,7 @@ TEST(VoxelInterior, ItsOptimumConvergesAsTheRaysDo) {
 
 TEST(VoxelInterior, SpinConvergesFromAboveToTheRays) {
   const EllipsoidRays p(24, true);
-  const SpinGoal goal({}, true, false, p.solid[M1], p.length_mm);
+  const Goal goal = spin_goal({}, true, false, p.solid[M1], p.length_mm);
   const InteriorNlp::Scale scale{p.solid[M1], p.length_mm};
   const SegmentRays rays(p.domain);
   const InteriorNlp on_rays(goal, rays, p.shell, scale, 1);
@@ -210,7 +210,7 @@ TEST(VoxelInterior, SpinConvergesFromAboveToTheRays) {
 TEST(VoxelInterior, VoxelsInsideVoxelsDoNoWorse) {
   const EllipsoidRays p(24, false);
   const double volume = 0.6 * p.solid[M1];
-  const FloatGoal goal(volume, {-1, 0.4}, p.length_mm);
+  const Goal goal = float_goal(volume, {-1, 0.4}, p.length_mm);
   double coarser = 1;
   for (const int k : {8, 4, 2, 1}) {
     const VoxelInterior voxels(p.domain, k);

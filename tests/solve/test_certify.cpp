@@ -33,7 +33,7 @@ TEST_P(CertifyRandom, NothingAttainableIsBelowTheBound) {
     const RayBody body = random_body(random, 30);
     const RayIntegrals rays(body.domain);
     const CertifiedSpin problem = problem_of(body, random.uniform(0.02, 0.5));
-    const SpinCertificate certificate = certify_spin(problem, rays, body.shell, heights_of(body));
+    const SpinCertificate certificate = certify_spin(problem, rays, body.shell, {.heights = heights_of(body)});
     if (certificate.infeasible) {
       ++refused;
       continue;
@@ -44,10 +44,10 @@ TEST_P(CertifyRandom, NothingAttainableIsBelowTheBound) {
     EXPECT_TRUE(certificate.best.converged);
     EXPECT_LE(certificate.lower_bound, certificate.best.objective);
     // The optima for other weights are interiors that meet the same constraints, and so are mixtures of two.
-    const SpinGoal goal({.lambda = problem.lambda}, true, false, problem.volume_mm3, problem.length_mm);
+    const Goal goal = spin_goal({.lambda = problem.lambda}, true, false, problem.volume_mm3, problem.length_mm);
     Moments last = certificate.best.moments;
     for (const double lambda : {0.0, 0.05, 0.2, 1.0, 5.0}) {
-      const SpinGoal other({.lambda = lambda}, random.uniform() < 0.5, false, problem.volume_mm3, problem.length_mm);
+      const Goal other = spin_goal({.lambda = lambda}, random.uniform() < 0.5, false, problem.volume_mm3, problem.length_mm);
       const QuadricSolution solution = solve_quadric(other, rays, body.shell);
       if (!solution.converged) continue;
       const double share = random.uniform();
@@ -73,11 +73,11 @@ TEST(Certify, NoHeightIsBelowTheBoundOfItsRange) {
     const RayBody body = random_body(random, 24);
     const RayIntegrals rays(body.domain);
     const CertifiedSpin problem = problem_of(body, random.uniform(0, 0.05));
-    const SpinGoal top({.lambda = problem.lambda}, true, false, problem.volume_mm3, problem.length_mm);
+    const Goal top = spin_goal({.lambda = problem.lambda}, true, false, problem.volume_mm3, problem.length_mm);
     const QuadricSolution best = solve_quadric(top, rays, body.shell);
     if (!best.converged) continue;
     const double centre = best.moments[MZ] / best.moments[M1];
-    const SpinGoal fixed({.lambda = 0}, true, true, problem.volume_mm3, problem.length_mm);
+    const Goal fixed = spin_goal({.lambda = 0}, true, true, problem.volume_mm3, problem.length_mm);
     for (const double from : {-3.0, -0.5, 0.0, 0.5, 3.0, 15.0})
       for (const double width : {-12.0, -3.0, -0.3, 0.3, 3.0, 12.0}) {
         const double l = centre + from;
@@ -85,7 +85,7 @@ TEST(Certify, NoHeightIsBelowTheBoundOfItsRange) {
         shortened += range.heights.length() < 0.999 * std::abs(width);
         for (const double part : {0.05, 0.3, 0.7, 1.0}) {
           const double at = l + part * width;
-          const MappedGoal goal(fixed, moment_map(Eigen::Affine3d(Eigen::Translation3d(0, 0, -at))));
+          const Goal goal = mapped(fixed, moment_map(Eigen::Affine3d(Eigen::Translation3d(0, 0, -at))));
           const QuadricSolution solution = solve_quadric(goal, rays, body.shell);
           if (!solution.converged) continue;
           ++compared;
@@ -108,11 +108,12 @@ TEST(Certify, ABoundOfFewNodesIsLowerAndStillTrue) {
     const RayBody body = random_body(random, 30);
     const RayIntegrals rays(body.domain);
     const CertifiedSpin problem = problem_of(body, 0.1);
-    const SpinCertificate full = certify_spin(problem, rays, body.shell, heights_of(body));
+    const SpinCertificate full = certify_spin(problem, rays, body.shell, {.heights = heights_of(body)});
     if (full.infeasible) continue;
     double before = -1e300;
     for (const int nodes : {1, 3, 9, 27}) {
-      const SpinCertificate some = certify_spin(problem, rays, body.shell, heights_of(body), {.gap = 1e-4, .max_nodes = nodes});
+      const SpinCertificate some =
+          certify_spin(problem, rays, body.shell, {.heights = heights_of(body), .gap = 1e-4, .max_nodes = nodes});
       EXPECT_LE(some.lower_bound, full.best.objective);
       EXPECT_GE(some.lower_bound, before - 1e-12);
       EXPECT_LE(some.nodes, nodes);
@@ -133,7 +134,7 @@ TEST(Certify, AYoyosStationaryPointIsItsOptimum) {
     body.shell = translated(body.shell, -centre);
     CertifiedSpin problem = problem_of(body, 0);
     problem.yoyo = true;
-    const SpinCertificate certificate = certify_spin(problem, RayIntegrals(body.domain), body.shell, {0, 0});
+    const SpinCertificate certificate = certify_spin(problem, RayIntegrals(body.domain), body.shell, {});
     if (certificate.infeasible) continue;
     ++closed;
     EXPECT_LT(certificate.gap, 1e-8) << n;
@@ -148,10 +149,10 @@ TEST(Certify, StopsWhenCancelled) {
     const RayBody body = random_body(random, 24);
     const RayIntegrals rays(body.domain);
     const CertifiedSpin problem = problem_of(body, 0.1);
-    if (certify_spin(problem, rays, body.shell, heights_of(body)).infeasible) continue;
+    if (certify_spin(problem, rays, body.shell, {.heights = heights_of(body)}).infeasible) continue;
     Progress progress;
     progress.cancelled = [] { return true; };
-    EXPECT_THROW(certify_spin(problem, rays, body.shell, heights_of(body), {.gap = 1e-12}, progress), Error);
+    EXPECT_THROW(certify_spin(problem, rays, body.shell, {.heights = heights_of(body), .gap = 1e-12}, progress), Error);
     break;
   }
 }

@@ -33,7 +33,7 @@ void expect_optimal(const QuadricSolution& solution, const Goal& goal, const Ray
   EXPECT_TRUE(moments_near(solution.moments - body.shell - clipped(body.domain, solution.q) + solid, solid, 1e-10, 20));
   EXPECT_LT(goal.constraint_values(solution.moments).cwiseAbs().maxCoeff(), 1e-9);
   EXPECT_EQ(solution.objective, goal.objective(solution.moments));
-  const Moments q = goal.gradient(solution.moments) + goal.constraint_jacobian(solution.moments).transpose() * solution.multipliers;
+  const Moments q = goal.gradient(solution.moments) + goal.J.transpose() * solution.multipliers;
   Moments unit;
   unit << 1, Eigen::Vector3d::Constant(20), Eigen::Matrix<double, 6, 1>::Constant(400);
   EXPECT_LT((q - solution.q).cwiseProduct(unit).norm(), 1e-7 * q.cwiseProduct(unit).norm());
@@ -42,7 +42,7 @@ void expect_optimal(const QuadricSolution& solution, const Goal& goal, const Ray
 /// min over all interiors of y.c(s) for |y| = 1: positive only if no interior meets the constraints.
 double separation(const QuadricSolution& solution, const Goal& goal, const RayBody& body) {
   const Eigen::VectorXd y = solution.separation.normalized();
-  const Moments q = goal.constraint_jacobian(body.shell).transpose() * y;
+  const Moments q = goal.J.transpose() * y;
   return y.dot(goal.constraint_values(body.shell + clipped(body.domain, q)));
 }
 
@@ -58,17 +58,17 @@ TEST_P(RandomProblems, AreSolvedOrProvenInfeasible) {
     const RayBody body = random_body(random, 50);
     const auto goal = random_goal(random, kind, body);
     const RayIntegrals rays(body.domain);
-    const QuadricSolution solution = solve_quadric(*goal, rays, body.shell);
+    const QuadricSolution solution = solve_quadric(goal, rays, body.shell);
     ASSERT_NE(solution.converged, solution.infeasible) << "residual " << solution.residual;
     if (solution.infeasible) {
       ++infeasible;
-      const double margin = separation(solution, *goal, body);
+      const double margin = separation(solution, goal, body);
       EXPECT_GT(margin, 0);
-      EXPECT_NEAR(separation_margin(*goal, solution.separation.normalized(), rays, body.shell), margin, 1e-12);
+      EXPECT_NEAR(separation_margin(goal, solution.separation.normalized(), rays, body.shell), margin, 1e-12);
     } else {
       evaluations.push_back(solution.evaluations);
       EXPECT_EQ(solution.separation.size(), 0);
-      expect_optimal(solution, *goal, body);
+      expect_optimal(solution, goal, body);
     }
   }
   ASSERT_GT(evaluations.size(), 20U);
@@ -111,7 +111,7 @@ TEST(Quadric, NineHundredNinetyFiveInAThousandTakeAtMostThirtyEvaluations) {
     Random random(n + 20000);
     const RayBody body = random_body(random, 50);
     const auto goal = random_goal(random, static_cast<Kind>(n % 6), body);
-    const QuadricSolution solution = solve_quadric(*goal, RayIntegrals(body.domain), body.shell);
+    const QuadricSolution solution = solve_quadric(goal, RayIntegrals(body.domain), body.shell);
     solved += solution.converged;
     quick += solution.converged && solution.evaluations <= 30;
   }
@@ -128,45 +128,26 @@ TEST(Quadric, AnyWarmStartLeadsToASolutionAndThatOfANeighbourQuickly) {
     const RayBody body = random_body(random, 50);
     const auto goal = random_goal(random, static_cast<Kind>(n % 6), body);
     const RayIntegrals rays(body.domain);
-    const QuadricSolution cold = solve_quadric(*goal, rays, body.shell);
+    const QuadricSolution cold = solve_quadric(goal, rays, body.shell);
     if (!cold.converged) continue;
     ++solved;
     QuadricOptions from;
     from.multipliers = cold.multipliers;
     from.moments = cold.moments;
     // As in the as-built loop: the constant part changes a little. It may become infeasible.
-    const QuadricSolution near = solve_quadric(*goal, rays, body.shell * (1 + 1e-5), from);
+    const QuadricSolution near = solve_quadric(goal, rays, body.shell * (1 + 1e-5), from);
     EXPECT_NE(near.converged, near.infeasible);
     most = std::max(most, near.evaluations);
     // Multipliers that have nothing to do with the problem do no harm.
     for (Eigen::Index k = 0; k < from.multipliers.size(); ++k) from.multipliers[k] = random.uniform(-1e3, 1e3);
     from.moments = body.solid();
-    const QuadricSolution astray = solve_quadric(*goal, rays, body.shell, from);
+    const QuadricSolution astray = solve_quadric(goal, rays, body.shell, from);
     EXPECT_TRUE(astray.converged);
-    expect_optimal(astray, *goal, body);
+    expect_optimal(astray, goal, body);
   }
   EXPECT_GT(solved, 80);
   EXPECT_LE(most, 30);
 }
-
-/// w.s under the constraints of another goal: its solutions are random attainable interiors that meet them.
-class LinearGoal final : public Goal {
-public:
-  LinearGoal(const Moments& w, const Goal& other) : w_(w), other_(other) {}
-  int constraints() const override { return other_.constraints(); }
-  bool affine() const override { return true; }
-  double objective(const Moments& s) const override { return w_.dot(s); }
-  Moments gradient(const Moments&) const override { return w_; }
-  Eigen::Matrix<double, 10, 10> hessian(const Moments&) const override { return Eigen::Matrix<double, 10, 10>::Zero(); }
-  Eigen::VectorXd constraint_values(const Moments& s) const override { return other_.constraint_values(s); }
-  Eigen::Matrix<double, Eigen::Dynamic, 10> constraint_jacobian(const Moments& s) const override {
-    return other_.constraint_jacobian(s);
-  }
-
-private:
-  Moments w_;
-  const Goal& other_;
-};
 
 class Optimality : public ::testing::TestWithParam<Kind> {};
 
@@ -180,11 +161,11 @@ TEST_P(Optimality, NoInteriorThatMeetsTheConstraintsIsBetter) {
     const RayBody body = random_body(random, 40);
     const auto goal = random_goal(random, kind, body);
     const RayIntegrals rays(body.domain);
-    const QuadricSolution best = solve_quadric(*goal, rays, body.shell);
+    const QuadricSolution best = solve_quadric(goal, rays, body.shell);
     if (!best.converged) continue;
     ++solved;
     const double scale = std::abs(best.objective);
-    if (goal->affine()) {
+    if (goal.affine) {
       EXPECT_NEAR(best.objective, best.lower_bound, 1e-9 * scale);
     } else {
       EXPECT_EQ(best.lower_bound, -std::numeric_limits<double>::infinity());
@@ -198,15 +179,16 @@ TEST_P(Optimality, NoInteriorThatMeetsTheConstraintsIsBetter) {
                                : k <= MZ ? -1
                                          : -2) *
                 best.q.cwiseAbs().maxCoeff();
-      const QuadricSolution other = solve_quadric(LinearGoal(w, *goal), rays, body.shell);
+      // Solutions of linear goals are random attainable interiors that meet the constraints.
+      const QuadricSolution other = solve_quadric(linear_goal(w, goal), rays, body.shell);
       if (!other.converged) continue;
-      ASSERT_LT(goal->constraint_values(other.moments).cwiseAbs().maxCoeff(), 1e-9);
+      ASSERT_LT(goal.constraint_values(other.moments).cwiseAbs().maxCoeff(), 1e-9);
       // All mixtures of the two meet the constraints too.
       for (const double part : {1.0, 0.3, 0.1, 0.01}) {
         ++compared;
         const Moments mixed = (1 - part) * best.moments + part * other.moments;
         // What little is missing to the constraints is counted at its price.
-        const double value = goal->objective(mixed) + best.multipliers.dot(goal->constraint_values(mixed));
+        const double value = goal.objective(mixed) + best.multipliers.dot(goal.constraint_values(mixed));
         EXPECT_GE(value, best.objective - 1e-9 * scale) << "seed " << seed << ", " << n << ", " << part;
       }
     }
@@ -221,13 +203,13 @@ TEST_P(Optimality, ItsOwnSolutionIsWhereItStops) {
     const RayBody body = random_body(random, 40);
     const auto goal = random_goal(random, GetParam(), body);
     const RayIntegrals rays(body.domain);
-    const QuadricSolution first = solve_quadric(*goal, rays, body.shell);
+    const QuadricSolution first = solve_quadric(goal, rays, body.shell);
     if (!first.converged) continue;
     ++solved;
     QuadricOptions options;
     options.multipliers = first.multipliers;
     options.moments = first.moments;
-    const QuadricSolution again = solve_quadric(*goal, rays, body.shell, options);
+    const QuadricSolution again = solve_quadric(goal, rays, body.shell, options);
     ASSERT_TRUE(again.converged) << seed;
     EXPECT_LE(again.evaluations, 2) << seed;
     EXPECT_NEAR(again.objective, first.objective, 1e-9 * std::abs(first.objective));
@@ -313,18 +295,18 @@ TEST_P(TwelveShapes, QuadricAndIpoptAgree) {
   const double volume = body.solid()[M1];
   InteriorSolver::Setup setup;
   setup.scale = {volume, body.length_mm};
-  std::unique_ptr<Goal> goal;
+  Goal goal;
   if (aim == Aim::floating) {
     const double material = 0.5 * (volume + body.shell[M1]);
     setup.scale.volume_mm3 = material;
-    goal = std::make_unique<FloatGoal>(material, Eigen::Vector2d(0.2, -0.1), body.length_mm);
+    goal = float_goal(material, Eigen::Vector2d(0.2, -0.1), body.length_mm);
   } else if (aim == Aim::standing) {
-    goal = std::make_unique<StandGoal>(Eigen::Vector2d(0.2, -0.1), volume, body.length_mm);
+    goal = stand_goal(Eigen::Vector2d(0.2, -0.1), volume, body.length_mm);
     setup.options.tolerance = 1e-7;
     setup.options.barrier_target = 1e-9;
   } else {
     const bool largest = aim != Aim::spin_smallest;
-    goal = std::make_unique<SpinGoal>(SpinGoal::Weights{}, largest, aim == Aim::yoyo, volume, body.length_mm);
+    goal = spin_goal(SpinWeights{}, largest, aim == Aim::yoyo, volume, body.length_mm);
     setup.segments = true;
     setup.between = largest ? Between::material : Between::cavity;
     setup.options.tolerance = 1e-6;
@@ -332,12 +314,12 @@ TEST_P(TwelveShapes, QuadricAndIpoptAgree) {
     setup.options.max_iterations = 200;
   }
   const RayIntegrals rays(body.domain);
-  const QuadricSolution exact = solve_quadric(*goal, rays, body.shell);
+  const QuadricSolution exact = solve_quadric(goal, rays, body.shell);
   setup.solver = Solver::rays;
-  const InteriorSolver::Solved ipopt = InteriorSolver(*goal, body.domain, rays, setup).solve(body.shell, {});
+  const InteriorSolver::Solved ipopt = InteriorSolver(goal, body.domain, rays, setup).solve(body.shell, {});
   if (shape.name == "duck" && aim == Aim::yoyo) {
     EXPECT_TRUE(exact.infeasible);
-    EXPECT_GT(separation(exact, *goal, body), 0);
+    EXPECT_GT(separation(exact, goal, body), 0);
     EXPECT_NE(ipopt.report.status, SolveStatus::converged);
     return;
   }
@@ -345,11 +327,11 @@ TEST_P(TwelveShapes, QuadricAndIpoptAgree) {
   if (aim != Aim::spin_smallest) {
     EXPECT_LE(exact.evaluations, 30);
   }
-  expect_optimal(exact, *goal, body);
+  expect_optimal(exact, goal, body);
   ASSERT_EQ(ipopt.report.status, SolveStatus::converged) << ipopt.report.solver_status;
   // Ipopt relaxes constraints by about 1e-8. With what is missing to them counted at its price it is no better than the quadric.
   const Moments attained = body.shell + of_ends(body.domain, setup, ipopt.report.x);
-  const double value = goal->objective(attained) + exact.multipliers.dot(goal->constraint_values(attained));
+  const double value = goal.objective(attained) + exact.multipliers.dot(goal.constraint_values(attained));
   const double scale = std::abs(exact.objective);
   EXPECT_GT(value, exact.objective - 1e-8 * scale);
   EXPECT_LT(value, exact.objective + 1e-6 * scale);
@@ -393,7 +375,7 @@ TEST(Quadric, AYoYoOfRevolutionGetsADoubleCone) {
   for (const double c : {12.0, 20.0, 30.0}) {
     const RayBody body = ellipsoid_body(20, 20, c, 40);
     const Moments solid = body.solid();
-    const SpinGoal goal({}, true, true, solid[M1], 60);
+    const Goal goal = spin_goal({}, true, true, solid[M1], 60);
     const QuadricSolution solution = solve_quadric(goal, RayIntegrals(body.domain), body.shell);
     ASSERT_TRUE(solution.converged);
     const Moments& q = solution.q;
@@ -411,7 +393,7 @@ TEST(Quadric, ABodyWithTwoPlanesOfSymmetryGetsThemInItsQuadric) {
   const RayBody body{moved(centred.domain, {0, 0, 20}), translated(centred.shell, {0, 0, 20}), 60};
   const RayIntegrals rays(body.domain);
   for (const bool largest : {true, false}) {
-    const SpinGoal goal({}, largest, false, body.solid()[M1], 60);
+    const Goal goal = spin_goal({}, largest, false, body.solid()[M1], 60);
     const QuadricSolution spin = solve_quadric(goal, rays, body.shell);
     ASSERT_TRUE(spin.converged);
     EXPECT_LT(size_at_10mm(only(spin.q, {MX, MY, MXY, MYZ, MXZ})), 1e-8 * size_at_10mm(spin.q));
@@ -428,7 +410,7 @@ TEST(Quadric, ThePlaneOfABodyThatStandsRunsThroughItsCentreOfMass) {
     const RayBody body = random_body(random, 40);
     const Moments solid = body.solid();
     const Eigen::Vector2d target = solid.segment<2>(MX) / solid[M1] + random.in_box(0.5).head<2>();
-    const QuadricSolution stand = solve_quadric(StandGoal(target, solid[M1], 60), RayIntegrals(body.domain), body.shell);
+    const QuadricSolution stand = solve_quadric(stand_goal(target, solid[M1], 60), RayIntegrals(body.domain), body.shell);
     ASSERT_TRUE(stand.converged);
     const Eigen::Vector3d centre = stand.moments.segment<3>(MX) / stand.moments[M1];
     EXPECT_TRUE(near(centre.head<2>(), target, 1e-7));
@@ -438,8 +420,8 @@ TEST(Quadric, ThePlaneOfABodyThatStandsRunsThroughItsCentreOfMass) {
     Moments w = Moments::Zero();
     w[MZ] = 1;
     w[M1] = -centre.z();
-    const StandGoal goal(target, solid[M1], 60);
-    const QuadricSolution linear = solve_quadric(LinearGoal(w, goal), RayIntegrals(body.domain), body.shell);
+    const Goal goal = stand_goal(target, solid[M1], 60);
+    const QuadricSolution linear = solve_quadric(linear_goal(w, goal), RayIntegrals(body.domain), body.shell);
     ASSERT_TRUE(linear.converged);
     EXPECT_NEAR(linear.lower_bound, 0, 1e-8 * solid[M1]);
   }
@@ -456,7 +438,7 @@ TEST(Quadric, TheUnitOfLengthDoesNotMatter) {
     for (Interval& interval : large.domain.intervals) interval = {1000 * interval.lo, 1000 * interval.hi};
     for (int k = 0; k < 10; ++k) large.shell[k] *= k == M1 ? 1e9 : k <= MZ ? 1e12 : 1e15;
     const auto solve = [](const RayBody& b, double length) {
-      return solve_quadric(SpinGoal({}, true, false, b.solid()[M1], length), RayIntegrals(b.domain), b.shell);
+      return solve_quadric(spin_goal({}, true, false, b.solid()[M1], length), RayIntegrals(b.domain), b.shell);
     };
     const QuadricSolution small = solve(body, 60);
     const QuadricSolution other = solve(large, 60000);
@@ -476,7 +458,7 @@ TEST(Quadric, OfABoxFilledLikeAGlassIsLevel) {
   const RayRep domain = ray_rep(grid, [](const Eigen::Vector2d&) { return std::vector<Interval>{{1, 19}}; });
   const Moments shell = box_moments({-10, -10, 0}, {10, 10, 20}) - ray_moments(domain);
   const double target = shell[M1] + 18 * 18 * 5;  // filled to z = 6
-  const QuadricSolution solution = solve_quadric(FloatGoal(target, {0, 0}, 30), RayIntegrals(domain), shell);
+  const QuadricSolution solution = solve_quadric(float_goal(target, {0, 0}, 30), RayIntegrals(domain), shell);
   ASSERT_TRUE(solution.converged);
   EXPECT_NEAR(-solution.q[M1] / solution.q[MZ], 6, 1e-9);
   EXPECT_NEAR(solution.q[MX] / solution.q[MZ], 0, 1e-10);
@@ -488,7 +470,7 @@ TEST(Quadric, SaysWhyATargetIsOutOfReach) {
   const RayBody body{p.domain, p.shell, p.length_mm};
   const RayIntegrals rays(p.domain);
   const auto solve = [&](double fill, double x) {
-    const FloatGoal goal(fill * p.solid[M1], {x, 0}, 120);
+    const Goal goal = float_goal(fill * p.solid[M1], {x, 0}, 120);
     QuadricSolution solution = solve_quadric(goal, rays, p.shell);
     if (solution.infeasible) {
       EXPECT_GT(separation(solution, goal, body), 0);
@@ -511,7 +493,7 @@ TEST(Quadric, RandomTargetsAreReachedExactlyWhereTheOffsetVanishes) {
     const RayIntegrals rays(body.domain);
     const double volume = body.shell[M1] + random.uniform(0.02, 0.98) * rays.full()[M1];
     const Eigen::Vector2d centre = body.solid().segment<2>(MX) / body.solid()[M1] + random.in_box(4).head<2>();
-    const bool converged = solve_quadric(FloatGoal(volume, centre, 80), rays, body.shell).converged;
+    const bool converged = solve_quadric(float_goal(volume, centre, 80), rays, body.shell).converged;
     const double offset = smallest_offset_mm(body.domain, body.shell, volume, centre);
     ++(converged ? reached : missed);
     EXPECT_EQ(converged, offset < 1e-6) << n << ": " << offset;
@@ -530,10 +512,10 @@ TEST_P(NearestAttainable, NothingComesNearer) {
     const RayBody body = random_body(random, 40);
     const auto goal = random_goal(random, GetParam(), body);
     const RayIntegrals rays(body.domain);
-    const NearestSolution nearest = nearest_attainable(*goal, rays, body.shell, 1e-7);
+    const NearestSolution nearest = nearest_attainable(goal, rays, body.shell, 1e-7);
     ASSERT_TRUE(nearest.converged);
-    EXPECT_EQ(nearest.attainable, solve_quadric(*goal, rays, body.shell).converged);
-    EXPECT_NEAR(nearest.distance, goal->constraint_values(nearest.moments).norm(), 1e-14);
+    EXPECT_EQ(nearest.attainable, solve_quadric(goal, rays, body.shell).converged);
+    EXPECT_NEAR(nearest.distance, goal.constraint_values(nearest.moments).norm(), 1e-14);
     if (nearest.attainable) {
       EXPECT_LT(nearest.distance, 1e-7);
       continue;
@@ -541,13 +523,13 @@ TEST_P(NearestAttainable, NothingComesNearer) {
     ++unattainable;
     EXPECT_NEAR(nearest.distance, nearest.lower_bound, 1e-8 * nearest.distance);
     // The bound again, by clipping: |c(s)| >= y.c(s) for all s, with y the direction of c at the nearest.
-    const Eigen::VectorXd y = goal->constraint_values(nearest.moments).normalized();
-    const Moments q = goal->constraint_jacobian(body.shell).transpose() * y;
-    EXPECT_GT(y.dot(goal->constraint_values(body.shell + clipped(body.domain, q))), nearest.lower_bound * (1 - 1e-6));
+    const Eigen::VectorXd y = goal.constraint_values(nearest.moments).normalized();
+    const Moments q = goal.J.transpose() * y;
+    EXPECT_GT(y.dot(goal.constraint_values(body.shell + clipped(body.domain, q))), nearest.lower_bound * (1 - 1e-6));
     for (int k = 0; k < 20; ++k) {
       Moments direction;
       for (int i = 0; i < 10; ++i) direction[i] = random.uniform(-1, 1) * std::pow(20.0, i == M1 ? 0 : i <= MZ ? -1 : -2);
-      EXPECT_GE(goal->constraint_values(body.shell + rays.moments(direction)).norm(), nearest.lower_bound * (1 - 1e-9));
+      EXPECT_GE(goal.constraint_values(body.shell + rays.moments(direction)).norm(), nearest.lower_bound * (1 - 1e-9));
     }
   }
   EXPECT_GE(unattainable, 5);

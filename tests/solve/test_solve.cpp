@@ -360,23 +360,22 @@ TEST(SegmentRays, BottomFilledRaysAreASpecialCase) {
 }
 
 TEST(FloatGoal, DerivativesAreThoseOfTheValues) {
-  const FloatGoal goal(5000, {0.7, -1.1}, 40);
+  const Goal goal = float_goal(5000, {0.7, -1.1}, 40);
   Moments s;
   s << 4800, 3000, -5000, 9000, 1e4, 2e4, 3e4, 4e3, 5e3, 6e3;
   const auto f = [&](const Eigen::VectorXd& v) { return goal.objective(v); };
   EXPECT_LT((goal.gradient(s) - finite_differences(f, s, 1)).norm(), 1e-9);
-  const auto C = goal.constraint_jacobian(s);
+  const auto C = goal.J;
   for (int row = 0; row < goal.constraints(); ++row) {
     const auto c = [&](const Eigen::VectorXd& v) { return goal.constraint_values(v)[row]; };
     EXPECT_LT((C.row(row).transpose() - finite_differences(c, s, 1)).norm(), 1e-9);
   }
-  EXPECT_TRUE(goal.affine());
+  EXPECT_TRUE(goal.affine);
   EXPECT_TRUE(goal.hessian(s).isZero());
-  EXPECT_TRUE(goal.constraint_hessian(s, Eigen::Vector3d::Ones()).isZero());
 }
 
 TEST(FloatGoal, ConstraintsHoldExactlyWhenMassAndCentreDo) {
-  const FloatGoal goal(5000, {0.7, -1.1}, 40);
+  const Goal goal = float_goal(5000, {0.7, -1.1}, 40);
   Moments s = Moments::Zero();
   s[M1] = 5000;
   s[MX] = 0.7 * 5000;
@@ -398,7 +397,7 @@ Moments some_moments() {
 TEST(SpinGoal, DerivativesAreThoseOfTheValues) {
   for (const bool largest : {true, false})
     for (const bool yoyo : {true, false}) {
-      const SpinGoal goal({.lambda = 0.3, .gamma_c = 0.7, .gamma_i = 1.2}, largest, yoyo, 5000, 40);
+      const Goal goal = spin_goal({.lambda = 0.3, .gamma_c = 0.7, .gamma_i = 1.2}, largest, yoyo, 5000, 40);
       const Moments s = some_moments();
       Moments step = s.cwiseAbs() * 1e-5;
       const auto central = [&](const auto& f, Eigen::Index n) {
@@ -418,14 +417,14 @@ TEST(SpinGoal, DerivativesAreThoseOfTheValues) {
         EXPECT_LT((hessian.col(n).cwiseProduct(s.cwiseAbs()) * s[n] - column).norm(), 1e-6) << n;
       }
       EXPECT_TRUE(hessian.isApprox(hessian.transpose(), 1e-14));
-      EXPECT_FALSE(goal.affine());
+      EXPECT_FALSE(goal.affine);
     }
 }
 
 TEST(StandGoal, DerivativesAreThoseOfTheValues) {
-  const StandGoal goal({0.7, -1.1}, 5000, 40);
+  const Goal goal = stand_goal({0.7, -1.1}, 5000, 40);
   const Moments s = some_moments();
-  EXPECT_FALSE(goal.affine());
+  EXPECT_FALSE(goal.affine);
   const auto f = [&](const Eigen::VectorXd& v) { return goal.objective(v); };
   EXPECT_LT((goal.gradient(s) - finite_differences(f, s, 1e-2)).norm(), 1e-6 * goal.gradient(s).norm());
   for (Eigen::Index row = 0; row < 10; ++row) {
@@ -435,17 +434,47 @@ TEST(StandGoal, DerivativesAreThoseOfTheValues) {
   }
   for (int row = 0; row < 2; ++row) {
     const auto c = [&](const Eigen::VectorXd& v) { return goal.constraint_values(v)[row]; };
-    EXPECT_LT((goal.constraint_jacobian(s).row(row).transpose() - finite_differences(c, s, 1)).norm(), 1e-9);
+    EXPECT_LT((goal.J.row(row).transpose() - finite_differences(c, s, 1)).norm(), 1e-9);
   }
+}
+
+TEST(MappedGoal, IsTheGoalOfTheMovedBody) {
+  const Eigen::Affine3d motion =
+      Eigen::Translation3d(0.4, -0.2, 1.5) * Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 3).normalized());
+  const Matrix10 T = moment_map(motion);
+  const Moments s = some_moments();
+  const Goal goals[] = {spin_goal({.lambda = 0.3, .gamma_c = 0.7}, true, false, 5000, 40), stand_goal({0.7, -1.1}, 5000, 40),
+                        float_goal(5000, {0.7, -1.1}, 40)};
+  for (const Goal& goal : goals) {
+    const Goal moved = mapped(goal, T);
+    EXPECT_EQ(moved.affine, goal.affine);
+    EXPECT_EQ(moved.objective(s), goal.objective(T * s));
+    EXPECT_LT((moved.constraint_values(s) - goal.constraint_values(T * s)).norm(), 1e-13);
+    const Moments g = moved.gradient(s);
+    const Matrix10 H = moved.hessian(s);
+    for (int k = 0; k < 10; ++k) {
+      const Moments d = 1e-5 * s[k] * Moments::Unit(k);
+      const double slope = (moved.objective(s + d) - moved.objective(s - d)) / 2;
+      EXPECT_NEAR(g.dot(d), slope, 1e-12) << k;
+      const Moments bend = (moved.gradient(s + d) - moved.gradient(s - d)) / 2;
+      EXPECT_LT((H * d - bend).cwiseProduct(s).norm(), 1e-10) << k;
+    }
+  }
+  // The same constraints, another objective.
+  const Moments q = s.cwiseInverse();
+  const Goal linear = linear_goal(q, goals[0]);
+  EXPECT_TRUE(linear.affine);
+  EXPECT_EQ(linear.objective(s), q.dot(s));
+  EXPECT_EQ(linear.constraint_values(s), goals[0].constraint_values(s));
 }
 
 TEST(SpinGoal, TheInertiaTermIsThatOfTheTensor) {
   // R = |lateral inertia about the centre of mass|^2 / Izz^2, here from the mass properties of a box whose axis is centred.
   const Moments s = translated(box_moments({-3, -2, 0}, {3, 2, 5}), {0, 0, 4});
   const MassProperties body = mass_properties(s, 1);
-  const SpinGoal goal({}, true, false, s[M1], 10);
+  const Goal goal = spin_goal({}, true, false, s[M1], 10);
   const Eigen::Matrix2d lateral = body.inertia_g_mm2.topLeftCorner<2, 2>();
-  EXPECT_NEAR(goal.inertia_ratio(s), lateral.squaredNorm() / std::pow(body.inertia_g_mm2(2, 2), 2), 1e-12);
+  EXPECT_NEAR(inertia_ratio(s), lateral.squaredNorm() / std::pow(body.inertia_g_mm2(2, 2), 2), 1e-12);
   EXPECT_LT(goal.constraint_values(s).norm(), 1e-12);
   // Moved off the axis, or turned about a horizontal one, a constraint is violated.
   EXPECT_GT(std::abs(goal.constraint_values(translated(s, {0.1, 0, 0}))[0]), 1e-3);
@@ -500,13 +529,13 @@ void expect_derivatives_of(const Nlp& nlp, const Eigen::VectorXd& x, double tole
 TEST(InteriorNlp, DerivativesAreThoseOfTheValues) {
   const Problem p(3);
   const InteriorNlp::Scale scale{p.solid_mm3, 40};
-  const FloatGoal floating(0.7 * p.solid_mm3, {0.3, -0.2}, 40);
+  const Goal floating = float_goal(0.7 * p.solid_mm3, {0.3, -0.2}, 40);
   const BottomFilledRays bottom(p.domain);
   const InteriorNlp affine(floating, bottom, p.shell, scale, 0.4);
   EXPECT_TRUE(affine.quadratic());
   expect_derivatives_of(affine, affine.start(), 1e-6);
 
-  const SpinGoal spinning({.lambda = 0.3, .gamma_c = 0.2}, true, false, p.solid_mm3, 40);
+  const Goal spinning = spin_goal({.lambda = 0.3, .gamma_c = 0.2}, true, false, p.solid_mm3, 40);
   const CentredSegmentRays centred(p.domain);
   const InteriorNlp curved(spinning, centred, p.shell, scale, 0.6);
   EXPECT_FALSE(curved.quadratic());
@@ -523,7 +552,7 @@ TEST(InteriorNlp, DerivativesAreThoseOfTheValues) {
 
 TEST(InteriorNlp, APairWithAConcaveMomentCountsAsFlat) {
   const Problem p(3);
-  const SpinGoal goal({.lambda = 0.3, .gamma_c = 0.2}, true, false, p.solid_mm3, 40);
+  const Goal goal = spin_goal({.lambda = 0.3, .gamma_c = 0.2}, true, false, p.solid_mm3, 40);
   const SegmentRays segments(p.domain);
   const InteriorNlp nlp(goal, segments, p.shell, {p.solid_mm3, 40}, 0.6);
   Eigen::VectorXd mu = Eigen::VectorXd::Zero(nlp.constraints());
@@ -543,7 +572,7 @@ TEST(InteriorNlp, APairWithAConcaveMomentCountsAsFlat) {
 
 TEST(InteriorNlp, ItsStartSatisfiesTheChain) {
   const Problem p(1.5);
-  const SpinGoal goal({}, true, false, p.solid_mm3, 40);
+  const Goal goal = spin_goal({}, true, false, p.solid_mm3, 40);
   const SegmentRays interior(p.domain);
   const InteriorNlp nlp(goal, interior, p.shell, {p.solid_mm3, 40}, 0.6);
   const Eigen::VectorXd c = nlp.constraint_values(nlp.start());
@@ -561,7 +590,7 @@ class FloatOnRays : public ::testing::TestWithParam<double> {};
 
 TEST_P(FloatOnRays, IpoptReachesTheProvenOptimum) {
   const Problem p(1.0);
-  const FloatGoal goal(GetParam() * p.solid_mm3, {0.2, -0.1}, 40);
+  const Goal goal = float_goal(GetParam() * p.solid_mm3, {0.2, -0.1}, 40);
   const BottomFilledRays interior(p.domain);
   const InteriorNlp nlp(goal, interior, p.shell, {p.solid_mm3, 40});
   const SolveReport report = solve_ipopt(nlp);

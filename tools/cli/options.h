@@ -1,60 +1,41 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "rayrep/base/setting.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/make/hollow.h"
+#include "rayrep/physics/spec.h"
 
 namespace rayrep::tool {
 
-enum class Command { float_upright, spin, stand, target, verify, inspect, help, version };
+enum class Command { hollow, verify, inspect, text };
 
 /// The command line, parsed and checked as far as that is possible without the mesh.
 struct Options {
-  Command command = Command::help;
-  Command goal = Command::help;  ///< verify: float_upright, spin (also a yo-yo), stand or target; else the command itself
-  std::string help_text;         ///< for Command::help
+  Command command = Command::text;
+  std::string word;  ///< as it was given: "float", "verify", ...
+  std::string text;  ///< of Command::text: help, version, man page, completion
 
   std::filesystem::path input;
   LengthUnit unit = LengthUnit::millimetre;
   std::optional<double> size_mm;  ///< longest side
-  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
-  double density_g_cm3 = 1.24;
-  double wall_mm = 1.2;
-  int resolution = 200;
-  Solver solver = Solver::quadric;  ///< float, spin, stand
 
-  double fluid_g_cm3 = 1.0;  ///< float
-  std::optional<double> waterline_mm;
-  std::optional<double> submerged_fraction;
-
-  bool suggest = false;     ///< print command lines that would succeed when this one cannot
-  double max_tilt_rad = 0;  ///< spin; 0: the axis is not searched
-  bool certify = false;
-  SpinAxis axis;  ///< spin; point_mm is in the file's numbers after --unit and --size
-  bool yoyo = false;
-  std::optional<Eigen::Vector3d> centre_mm;
-  bool largest = true;
-  SpinGoal::Weights weights;
-  SegmentBounds bounds = SegmentBounds::complete;
-
-  std::optional<Eigen::Vector3d> target_mm;  ///< stand
-  bool tip_angle = false;
-  std::optional<double> contact_mm;
-
-  InertialTargets wanted;  ///< target
-  std::vector<TargetGoal::Wish> order;
-  std::filesystem::path urdf;  ///< target, inspect; empty: none
-  std::filesystem::path mjcf;
+  std::string goal = "float";  ///< hollow, verify: one of the goals' words
+  Spec spec;                   ///< hollow, verify: what MESH is, or shall be, for
+  Print print;                 ///< inspect
+  HollowOptions hollow;
 
   std::filesystem::path output;    ///< empty: the default name
   std::filesystem::path original;  ///< verify: the surface that must be unchanged; may be empty
   std::filesystem::path report;    ///< empty: none
+  std::filesystem::path urdf;      ///< target, inspect; empty: none
+  std::filesystem::path mjcf;
+  bool suggest = false;  ///< print command lines that would succeed when this one cannot
   bool json = false;
   bool quiet = false;
   bool verbose = false;
@@ -63,16 +44,42 @@ struct Options {
   std::vector<std::pair<std::string, std::string>> in_force;  ///< every option of the command with its value, for the report
 };
 
+/// Options that belong together, under a heading.
+struct Group {
+  std::string heading;
+  Settings settings;
+};
+
+/// A command: its word, what it says of itself, and its options, bound to `options` (whose goal and spec they follow).
+struct Syntax {
+  std::string word;
+  std::string headline;  ///< of its help
+  std::string one_line;  ///< in the list of commands
+  Command command;
+};
+const std::vector<Syntax>& commands();
+std::vector<Group> groups_of(const Syntax& syntax, Options& options);
+/// Options as they are before anything is given.
+Options defaults_of(const Syntax& syntax);
+/// Of verify: those of every goal it judges by.
+std::vector<Options> defaults_of_all_goals(const Syntax& syntax);
+
 /// @throws Error{usage} that says what is wrong and how to get help
 Options parse_command_line(int argc, const char* const* argv);
-
-/// "x", "-z", "0,1,0.5" ... @throws Error{usage}
-Eigen::Vector3d parse_direction(const std::string& text);
 
 /// The command line with the options of a remedy (Error::remedies) in place of its own, for a shell.
 std::string remedied(int argc, const char* const* argv, const std::string& remedy);
 
+/// The command line that judges `output` by what it was made for.
+std::string judging_command(const Options& options, const Spec& spec, const std::string& output, bool with_original);
+
 /// As one word for a shell.
 std::string quoted(const std::string& word);
+
+/// Help, man page (roff) and completion (bash), from the same rows.
+std::string overview();
+std::string help_text(const Syntax& syntax);
+std::string man_page();
+std::string bash_completion();
 
 }  // namespace rayrep::tool

@@ -11,7 +11,6 @@
 #include <system_error>
 
 #include "rayrep/rayrep.h"
-#include "summary.h"
 
 namespace rayrep::tool {
 namespace {
@@ -159,8 +158,7 @@ void refuse_unusable(const ReadMesh& mesh) {
   if (!mesh.checked.report.usable) throw Error(ErrorCode::input, mesh.summary.path + ": " + mesh.checked.report.refusal);
 }
 
-template <typename Report>
-void write_report(const Options& options, const Report& report) {
+void write_report(const Options& options, const RunReport& report) {
   if (!options.report.empty()) write_text_file(options.report, to_json(report));
 }
 
@@ -175,45 +173,11 @@ std::string failures(const Verdict& verdict, const std::string& end) {
 }
 
 /// What is known of a run before its goal is looked at.
-template <typename Report>
-Report start_report(const Options& options, const ReadMesh& mesh, const char* command) {
-  Report report;
-  report.command = command;
+RunReport start_report(const Options& options, const ReadMesh& mesh) {
+  RunReport report;
+  report.command = options.word;
   report.input = mesh.summary;
   report.options = options.in_force;
-  report.goal.density_g_cm3 = options.density_g_cm3;
-  report.goal.wall_mm = options.wall_mm;
-  return report;
-}
-
-// The goals as given on the command line, for hollowing and for verifying. What is found from the mesh is filled in later.
-
-FloatReport start_float(const Options& options, const ReadMesh& mesh, const char* command) {
-  auto report = start_report<FloatReport>(options, mesh, command);
-  report.goal.up = options.up;
-  report.goal.fluid_g_cm3 = options.fluid_g_cm3;
-  return report;
-}
-
-SpinReport start_spin(const Options& options, const ReadMesh& mesh, const char* command) {
-  auto report = start_report<SpinReport>(options, mesh, command);
-  report.goal.axis = options.up;
-  report.goal.yoyo = options.yoyo;
-  report.goal.prefer = options.largest ? AxisClass::largest : AxisClass::smallest;
-  return report;
-}
-
-StandReport start_stand(const Options& options, const ReadMesh& mesh, const char* command) {
-  auto report = start_report<StandReport>(options, mesh, command);
-  report.goal.up = options.up;
-  report.goal.contact_tolerance_mm = options.contact_mm;
-  report.goal.target_mm = options.target_mm;
-  return report;
-}
-
-TargetReport start_target(const Options& options, const ReadMesh& mesh, const char* command) {
-  auto report = start_report<TargetReport>(options, mesh, command);
-  report.goal.wanted = options.wanted;
   return report;
 }
 
@@ -234,165 +198,50 @@ ReadMesh read_solid(const Options& options, const Progress& progress) {
   return input;
 }
 
-HollowOptions hollow_options(const Options& options) {
-  HollowOptions hollow;
-  hollow.up = options.up;
-  hollow.wall_mm = options.wall_mm;
-  hollow.density_g_cm3 = options.density_g_cm3;
-  hollow.resolution = options.resolution;
-  hollow.solver = options.solver;
-  hollow.as_stored = [&options](const Mesh& mesh) { return as_stored(options.output, mesh); };
-  return hollow;
-}
-
 /// Writes the hollowed mesh beside its final place, has it judged as re-read from disk, and puts it in place if it passes.
-/// @param judge  fills report.before and report.after from the delivered mesh
-template <typename Report, typename Judge>
-void deliver(const Options& options, Report& report, const Judge& judge, Stages& stages, const Progress& progress) {
-  HollowResult& hollow = report.result.hollow;
-  report.hollowed = true;
-  report.delivered_triangles = hollow.delivered.triangles.size();
+void deliver(const Options& options, const Mesh& solid, RunReport& report, Stages& stages, const Progress& progress) {
+  HollowResult& hollow = *report.hollow;
   progress.begin("write");
   PendingFile pending(options.output);
-  pending.write(hollow.delivered);
-  hollow.delivered = {};
-
+  {
+    const Mesh body = hollow.delivery.body();
+    report.delivered_triangles = body.triangles.size();
+    hollow.delivery = {};
+    pending.write(body);
+  }
   progress.begin("verify");
-  judge(read_mesh(pending.path()).mesh);
+  report.after = verify(read_mesh(pending.path()).mesh, &solid, hollow.spec, {}, progress);
+  report.before = state_figures(solid, hollow.spec, {}, progress);
   report.timings_s = stages.finish();
   report.peak_memory_mb = peak_memory_mb();
   if (!report.after.pass()) {
     write_report(options, report);
-    if (!options.quiet) std::cout << summary(report, options.verbose);
+    if (!options.quiet) std::cout << to_text(report, options.verbose);
     throw Error(ErrorCode::goal, "The hollowed mesh does not meet the goal " + failures(report.after, "; nothing was written."));
   }
   pending.commit();
   report.output = options.output.string();
   write_report(options, report);
   if (options.quiet) return;
+  std::cout << to_text(report, options.verbose);
+  if (options.verbose) {
+    const bool alike = report.input.scale != 1 || report.input.mm_per_unit == 1 || report.input.format == "3MF";
+    std::cout << "\nto judge it again: " << judging_command(options, hollow.spec, report.output, alike) << "\n";
+  }
   char took[32];
   std::snprintf(took, sizeof took, "%.2f", report.timings_s.back().second);
-  std::cout << summary(report, options.verbose) << "VERIFIED: wrote " << report.output << ", " << report.delivered_triangles
-            << " triangles, in " << took << " s\n";
+  std::cout << "VERIFIED: wrote " << report.output << ", " << report.delivered_triangles << " triangles, in " << took << " s\n";
 }
 
-void run_float(const Options& options, Stages& stages, const Progress& progress) {
+void run_hollow(const Options& options, Stages& stages, const Progress& progress) {
   const ReadMesh input = read_solid(options, progress);
   const Mesh& solid = input.checked.mesh;
-  FloatOptions float_options;
-  float_options.hollow = hollow_options(options);
-  float_options.fluid_g_cm3 = options.fluid_g_cm3;
-  float_options.waterline_mm = options.waterline_mm;
-  float_options.submerged_fraction = options.submerged_fraction;
-  FloatReport report = start_float(options, input, "float");
-  report.result = hollow_float(solid, float_options, progress);
-  report.goal.waterline_mm = report.result.waterline_mm;
-  const auto judge = [&](const Mesh& delivered) {
-    report.after = verify_float(delivered, &solid, report.goal, report.limits, progress);
-    report.before = float_state(solid, report.goal, report.limits, true, progress);
-  };
-  deliver(options, report, judge, stages, progress);
-}
-
-void run_spin(const Options& options, Stages& stages, const Progress& progress) {
-  const ReadMesh input = read_solid(options, progress);
-  const Mesh& solid = input.checked.mesh;
-  SpinOptions spin;
-  spin.hollow = hollow_options(options);
-  spin.axis = options.axis;
-  spin.yoyo = options.yoyo;
-  spin.centre_mm = options.centre_mm;
-  spin.largest = options.largest;
-  spin.weights = options.weights;
-  spin.bounds = options.bounds;
-  spin.max_tilt_rad = options.max_tilt_rad;
-  spin.certify = options.certify;
-  SpinReport report = start_spin(options, input, "spin");
-  report.result = hollow_spin(solid, spin, progress);
-  report.goal.axis = report.result.up;
-  report.goal.contact_mm = report.result.contact_mm;
-  const auto judge = [&](const Mesh& delivered) {
-    report.after = verify_spin(delivered, &solid, report.goal, report.limits, progress);
-    report.before = spin_state_of(solid, report.goal, progress);
-  };
-  deliver(options, report, judge, stages, progress);
-}
-
-void run_stand(const Options& options, Stages& stages, const Progress& progress) {
-  const ReadMesh input = read_solid(options, progress);
-  const Mesh& solid = input.checked.mesh;
-  StandOptions stand;
-  stand.hollow = hollow_options(options);
-  stand.objective = options.tip_angle ? StandOptions::Objective::tip_angle : StandOptions::Objective::lowest;
-  stand.target_mm = options.target_mm;
-  stand.contact_tolerance_mm = options.contact_mm;
-  StandReport report = start_stand(options, input, "stand");
-  report.result = hollow_stand(solid, stand, progress);
-  report.goal.target_mm = report.result.target_mm;
-  const auto judge = [&](const Mesh& delivered) {
-    report.after = verify_stand(delivered, &solid, report.goal, report.limits, progress);
-    report.before = stand_state_of(solid, report.goal, progress);
-  };
-  deliver(options, report, judge, stages, progress);
-}
-
-void run_target(const Options& options, Stages& stages, const Progress& progress) {
-  const ReadMesh input = read_solid(options, progress);
-  const Mesh& solid = input.checked.mesh;
-  TargetOptions target;
-  target.hollow = hollow_options(options);
-  target.wanted = options.wanted;
-  target.order = options.order;
-  TargetReport report = start_target(options, input, "target");
-  report.result = hollow_target(solid, target, progress);
-  const auto judge = [&](const Mesh& delivered) {
-    report.after = verify_target(delivered, &solid, report.goal, report.limits, progress);
-    report.before = target_state_of(solid, report.goal, progress);
-  };
-  deliver(options, report, judge, stages, progress);
-  write_inertial(options, report.after.state.body);
-}
-
-/// A mesh to be judged, and the surface it must have outside if one was given.
-struct Judged {
-  ReadMesh input;
-  std::optional<ReadMesh> original;
-
-  const Mesh& mesh() const { return input.checked.mesh; }
-  const Mesh* original_mesh() const { return original ? &original->checked.mesh : nullptr; }
-};
-
-double waterline(const Options& options, const Judged& judged, const Progress& progress) {
-  if (options.waterline_mm) return *options.waterline_mm;
-  const Mesh standing = transformed(judged.mesh(), working_frame(judged.mesh(), options.up));
-  if (options.submerged_fraction) return *options.submerged_fraction * bounding_box(standing).sizes().z();
-  refuse_unusable(judged.input);
-  const Mesh hull = boundary_of_union(outer_hull(standing), progress);
-  const double displaced_mm3 =
-      mesh_moments(boundary_of_union(standing, progress))[M1] * options.density_g_cm3 / options.fluid_g_cm3;
-  return waterline_for_volume(hull, Eigen::Vector3d::UnitZ(), displaced_mm3);
-}
-
-/// Contact point of a top, centre of a yo-yo.
-Eigen::Vector3d spin_point(const Options& options, const Judged& judged, const Progress& progress) {
-  if (options.yoyo) return options.centre_mm.value_or(bounding_box(judged.mesh()).center());
-  if (options.axis.through != SpinAxis::Through::centre_of_mass)
-    return contact_point(judged.mesh(), options.axis, options.up, progress);
-  if (judged.original) return contact_point(*judged.original_mesh(), options.axis, options.up, progress);
-  refuse_unusable(judged.input);
-  return contact_point(outer_hull(judged.mesh()), options.axis, options.up, progress);
-}
-
-/// Tells what `report.after` says.
-template <typename Report>
-void conclude(const Options& options, Report& report, Stages& stages) {
-  report.before = report.after.state;
-  report.timings_s = stages.finish();
-  report.peak_memory_mb = peak_memory_mb();
-  write_report(options, report);
-  if (!options.quiet) std::cout << summary(report, options.verbose);
-  if (!report.after.pass()) throw Error(ErrorCode::goal, "It does not meet the goal " + failures(report.after, "."));
-  if (!options.quiet) std::cout << "VERIFIED\n";
+  RunReport report = start_report(options, input);
+  HollowOptions how = options.hollow;
+  how.as_stored = [&options](const Mesh& mesh) { return as_stored(options.output, mesh); };
+  report.hollow = hollow(solid, options.spec, how, progress);
+  deliver(options, solid, report, stages, progress);
+  write_inertial(options, report.after.body);
 }
 
 void run_verify(const Options& options, Stages& stages, const Progress& progress) {
@@ -403,34 +252,27 @@ void run_verify(const Options& options, Stages& stages, const Progress& progress
     as_written.unit = LengthUnit::millimetre;
     as_written.size_mm.reset();
   }
-  Judged judged{read(options.input, as_written, check, progress), {}};
+  const ReadMesh input = read(options.input, as_written, check, progress);
+  std::optional<ReadMesh> original;
   if (!options.original.empty()) {
-    judged.original = read(options.original, options, check, progress);
-    refuse_unusable(*judged.original);
+    original = read(options.original, options, check, progress);
+    refuse_unusable(*original);
   }
-  if (options.goal == Command::spin) {
-    SpinReport report = start_spin(options, judged.input, "verify");
-    report.goal.contact_mm = spin_point(options, judged, progress);
-    progress.begin("verify");
-    report.after = verify_spin(judged.mesh(), judged.original_mesh(), report.goal, report.limits, progress);
-    conclude(options, report, stages);
-  } else if (options.goal == Command::stand) {
-    StandReport report = start_stand(options, judged.input, "verify");
-    progress.begin("verify");
-    report.after = verify_stand(judged.mesh(), judged.original_mesh(), report.goal, report.limits, progress);
-    conclude(options, report, stages);
-  } else if (options.goal == Command::target) {
-    TargetReport report = start_target(options, judged.input, "verify");
-    progress.begin("verify");
-    report.after = verify_target(judged.mesh(), judged.original_mesh(), report.goal, report.limits, progress);
-    conclude(options, report, stages);
-  } else {
-    FloatReport report = start_float(options, judged.input, "verify");
-    report.goal.waterline_mm = waterline(options, judged, progress);
-    progress.begin("verify");
-    report.after = verify_float(judged.mesh(), judged.original_mesh(), report.goal, report.limits, progress);
-    conclude(options, report, stages);
+  RunReport report = start_report(options, input);
+  progress.begin("verify");
+  try {
+    report.after = verify(input.checked.mesh, original ? &original->checked.mesh : nullptr, options.spec, {}, progress);
+  } catch (const Error& error) {
+    // The check says better than the judge what is wrong with a mesh that has no inside.
+    if (error.code() == ErrorCode::input) refuse_unusable(input);
+    throw;
   }
+  report.timings_s = stages.finish();
+  report.peak_memory_mb = peak_memory_mb();
+  write_report(options, report);
+  if (!options.quiet) std::cout << to_text(report, options.verbose);
+  if (!report.after.pass()) throw Error(ErrorCode::goal, "It does not meet the goal " + failures(report.after, "."));
+  if (!options.quiet) std::cout << "VERIFIED\n";
 }
 
 void run_inspect(const Options& options, Stages& stages, const Progress& progress) {
@@ -439,15 +281,16 @@ void run_inspect(const Options& options, Stages& stages, const Progress& progres
   double area_mm2 = 0;
   if (input.checked.report.usable) {
     const Mesh boundary = boundary_of_union(input.checked.mesh, progress);
-    mass = mass_properties(mesh_moments(boundary), options.density_g_cm3);
+    mass = mass_properties(mesh_moments(boundary), options.print.density_g_cm3);
     for (std::size_t t = 0; t < boundary.triangles.size(); ++t)
       area_mm2 += 0.5 * (boundary.corner(t, 1) - boundary.corner(t, 0)).cross(boundary.corner(t, 2) - boundary.corner(t, 0)).norm();
   }
   stages.finish();
+  const Inspection inspection{input.summary, options.print.density_g_cm3, area_mm2, mass ? &*mass : nullptr};
   if (options.json)
-    std::cout << to_json(input.summary, options.density_g_cm3, area_mm2, mass ? &*mass : nullptr);
+    std::cout << to_json(inspection);
   else if (!options.quiet)
-    std::cout << summary(input.summary, options.density_g_cm3, area_mm2, mass ? &*mass : nullptr);
+    std::cout << to_text(inspection);
   refuse_unusable(input);
   write_inertial(options, *mass);
 }
@@ -477,17 +320,8 @@ void run(const Options& options, const std::function<bool()>& cancelled) {
   progress.stage = [&stages](std::string_view name) { stages.begin(name); };
   progress.cancelled = cancelled;
   switch (options.command) {
-    case Command::float_upright:
-      run_float(options, stages, progress);
-      break;
-    case Command::spin:
-      run_spin(options, stages, progress);
-      break;
-    case Command::stand:
-      run_stand(options, stages, progress);
-      break;
-    case Command::target:
-      run_target(options, stages, progress);
+    case Command::hollow:
+      run_hollow(options, stages, progress);
       break;
     case Command::verify:
       run_verify(options, stages, progress);
@@ -495,11 +329,8 @@ void run(const Options& options, const std::function<bool()>& cancelled) {
     case Command::inspect:
       run_inspect(options, stages, progress);
       break;
-    case Command::help:
-      std::cout << options.help_text;
-      break;
-    case Command::version:
-      std::cout << "rayrep " << version() << "\n";
+    case Command::text:
+      std::cout << options.text;
       break;
   }
   if (!std::cout.flush()) throw Error(ErrorCode::write, "Cannot write to standard output.");

@@ -5,11 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "rayrep/base/figure.h"
 #include "rayrep/base/progress.h"
 #include "rayrep/mesh/mesh.h"
 #include "rayrep/physics/hydrostatics.h"
 #include "rayrep/physics/inertial.h"
 #include "rayrep/physics/moments.h"
+#include "rayrep/physics/spec.h"
 #include "rayrep/physics/spin.h"
 #include "rayrep/physics/support_polygon.h"
 
@@ -37,25 +39,32 @@ struct FloatState {
   double settled_tilt_rad = 0;       ///< largest angle to the upright over all releases; pi if it sinks or never settles
 };
 
-struct FloatGoalSpec {
-  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< in the mesh's own frame
-  double waterline_mm = 0;                        ///< above the lowest point of the mesh along `up`
-  double fluid_g_cm3 = 1.0;
-  double density_g_cm3 = 1.24;
-  double wall_mm = 1.2;  ///< 0: the wall is not judged
-};
-
-struct FloatLimits {
+/// How far a body may be off.
+struct Limits {
+  double wall_ratio = 0.98;            ///< smallest wall over Print::wall_mm
+  double offset_over_diagonal = 1e-3;  ///< of the centre of mass from where it shall be, over the diagonal of the bounding box
+  // float
   double mass_error = 1e-3;
-  double offset_over_diagonal = 1e-3;             ///< horizontal offset over the diagonal of the bounding box
-  double wall_ratio = 0.98;                       ///< smallest wall over FloatGoalSpec::wall_mm
   double release_tilt_rad = 0.17453292519943295;  ///< 10 degrees
   int release_directions = 8;
   double settled_tilt_rad = 0.017453292519943295;  ///< 1 degree
+  // spin
+  double axis_angle_rad = 1e-3;      ///< between the spin axis and the nearest principal axis
+  double class_margin = 1e-6;        ///< by which the axial moment must differ from the nearest lateral one, relative
+  double simulated_tilt_rad = 0.05;  ///< largest tilt in the simulation
+  // stand
+  double tipping_angle_rad = 1e-6;  ///< smallest tipping angle; the default only says that the body stands
+  // target
+  double relative = 1e-3;  ///< deviation of every wanted number, see InertialDeviation
 };
 
 /// What a delivered mesh is found to be, whatever the goal.
 struct Verdict {
+  std::string goal;      ///< its name: "float", "spin", "yo-yo" ...
+  std::string headline;  ///< what it was held to, for people
+  Figures wanted;        ///< the same, figure by figure
+  Figures figures;       ///< its state
+  MassProperties body;
   std::size_t bad_edges = 0;      ///< edges not run equally often both ways
   std::size_t cavities = 0;       ///< cavity shells
   std::size_t solid_islands = 0;  ///< solid components floating free inside a cavity
@@ -68,6 +77,7 @@ struct Verdict {
 };
 
 struct FloatVerdict : Verdict {
+  FloatSpec spec;  ///< what it was held to: what was left open is filled in
   FloatState state;
 };
 
@@ -75,16 +85,14 @@ struct FloatVerdict : Verdict {
 /// wall, mass against displaced mass, offset, metacentric height, and where it settles after releases tilted in several
 /// directions. Shares no code with ray-reps or solvers.
 ///
-/// Criteria, in this order, with the limits of FloatLimits where they are not named here:
+/// Criteria, in this order, with the limits of Limits where they are not named here:
 ///   closed              edges not run equally often both ways, and edges of shells that face inward but lie in nothing: 0
 ///   outer_unchanged     mm, only with an original: triangles are compared as float32, in any order and orientation; at most the
 ///                       float32 rounding of the largest coordinate
 ///   no_islands          0
-///   wall                only with a cavity and goal.wall_mm > 0: smallest wall over goal.wall_mm, at the cavities' vertices
-///   mass_error          relative to the displaced mass
-///   offset              over the diagonal
-///   metacentric_height  mm, at least 1e-4 of the diagonal: below that floating_rest takes a body for neutral
-///   settled_tilt        rad
+///   wall                only with a cavity and spec.print.wall_mm > 0: smallest wall over spec.print.wall_mm, at the cavities'
+///   vertices mass_error          relative to the displaced mass offset              over the diagonal metacentric_height  mm, at
+///   least 1e-4 of the diagonal: below that floating_rest takes a body for neutral settled_tilt        rad
 ///
 /// With an original, its triangles are the outer surface (existing cavities included) and all others form cavity shells and islands
 /// by their orientation and the winding number around them; without one, nesting decides for all. Mass and displacement are those
@@ -92,38 +100,21 @@ struct FloatVerdict : Verdict {
 /// @param original  the surface the user gave (checked); none: "outer surface unchanged" is not judged
 /// @throws Error{interrupted}; Error{usage} for a goal that makes no sense; Error{input} when the mesh has no volume. A mesh that
 ///         fails a criterion is a result, not an error.
-FloatVerdict verify_float(const Mesh& delivered, const Mesh* original, const FloatGoalSpec& goal, const FloatLimits& limits = {},
-                          const Progress& progress = {});
+FloatVerdict verify(const Mesh& delivered, const Mesh* original, const FloatSpec& spec, const Limits& limits = {},
+                    const Progress& progress = {});
+
+Figures state_figures(const Mesh& mesh, const FloatSpec& spec, const Limits& limits = {}, const Progress& progress = {});
 
 /// The state of a body at a waterline, for the "before" column. `settle` false skips the releases.
-FloatState float_state(const Mesh& mesh, const FloatGoalSpec& goal, const FloatLimits& limits, bool settle,
-                       const Progress& progress = {});
-
-/// A body that is to spin about an axis.
-struct SpinGoalSpec {
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< up, in the mesh's own frame; need not be a unit vector
-  Eigen::Vector3d contact_mm =
-      Eigen::Vector3d::Zero();  ///< where the tip touches the ground; for a yo-yo the wanted centre of mass
-  bool yoyo = false;
-  AxisClass prefer = AxisClass::largest;  ///< or smallest
-  double density_g_cm3 = 1.24;
-  double wall_mm = 1.2;  ///< 0: the wall is not judged
-};
-
-struct SpinLimits {
-  double offset_over_diagonal = 1e-3;  ///< distance of the centre of mass from the axis (or centre) over the diagonal of the box
-  double axis_angle_rad = 1e-3;        ///< between the spin axis and the nearest principal axis
-  double class_margin = 1e-6;          ///< by which the axial moment must differ from the nearest lateral one, relative
-  double wall_ratio = 0.98;            ///< smallest wall over SpinGoalSpec::wall_mm
-  double simulated_tilt_rad = 0.05;    ///< largest tilt in the simulation
-};
+FloatState float_state(const Mesh& mesh, const FloatSpec& spec, const Limits& limits, bool settle, const Progress& progress = {});
 
 struct SpinVerdict : Verdict {
+  SpinSpec spec;  ///< as in FloatVerdict
   SpinState state;
 };
 
-/// Judges a delivered mesh, as verify_float does, by whether it spins. Criteria, in this order: closed, outer_unchanged, no_islands
-/// and wall as there, then
+/// Judges a delivered mesh, as the judge of floating does, by whether it spins. Criteria, in this order: closed, outer_unchanged,
+/// no_islands and wall as there, then
 ///   offset         distance of the centre of mass from the axis, over the diagonal
 ///   centre         only of a yo-yo: distance of the centre of mass from contact_mm, over the diagonal
 ///   axis_angle     rad
@@ -132,30 +123,16 @@ struct SpinVerdict : Verdict {
 ///   stable_speeds  number of ranges of speed in which the spin is stable: at least 1; for a tip that slides, of a yo-yo for a free
 ///                  body
 ///   simulated_tilt rad, only with a range: the body as delivered, nonlinear and with all its offsets, spun in the last range (1.2
-///   times
-///                  its lower end, or its middle) on a sliding tip, a yo-yo freely, and kicked by 0.001 rad, over 100 turns
+///                  times its lower end, or its middle) on a sliding tip, a yo-yo freely, and kicked by 0.001 rad, over 100 turns
 /// A note explains a middle axis, an axis of the other class, and parts below the contact point.
 /// @throws Error{usage} for a goal that makes no sense; otherwise as verify_float
-SpinVerdict verify_spin(const Mesh& delivered, const Mesh* original, const SpinGoalSpec& goal, const SpinLimits& limits = {},
-                        const Progress& progress = {});
+SpinVerdict verify(const Mesh& delivered, const Mesh* original, const SpinSpec& spec, const Limits& limits = {},
+                   const Progress& progress = {});
+
+Figures state_figures(const Mesh& mesh, const SpinSpec& spec, const Limits& limits = {}, const Progress& progress = {});
 
 /// The state of a body on its axis, for the "before" column.
-SpinState spin_state_of(const Mesh& mesh, const SpinGoalSpec& goal, const Progress& progress = {});
-
-/// A body that is to stand on level ground.
-struct StandGoalSpec {
-  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< in the mesh's own frame; need not be a unit vector
-  double density_g_cm3 = 1.24;
-  double wall_mm = 1.2;                        ///< 0: the wall is not judged
-  std::optional<double> contact_tolerance_mm;  ///< none: as contact_tolerance_mm() says
-  std::optional<Eigen::Vector3d> target_mm;    ///< above which the centre of mass shall be, in the mesh's own frame
-};
-
-struct StandLimits {
-  double tipping_angle_rad = 1e-6;     ///< smallest tipping angle; the default only says that the body stands
-  double offset_over_diagonal = 1e-3;  ///< horizontal distance of the centre of mass from the target over the diagonal of the box
-  double wall_ratio = 0.98;            ///< smallest wall over StandGoalSpec::wall_mm
-};
+SpinState spin_state_of(const Mesh& mesh, const SpinSpec& spec, const Progress& progress = {});
 
 /// A body as it stands.
 struct StandState {
@@ -172,32 +149,23 @@ struct StandState {
 };
 
 struct StandVerdict : Verdict {
+  StandSpec spec;  ///< as in FloatVerdict
   StandState state;
 };
 
-/// Judges a delivered mesh, as verify_float does, by whether it stands. Criteria, in this order: closed, outer_unchanged,
+/// Judges a delivered mesh, as the judge of floating does, by whether it stands. Criteria, in this order: closed, outer_unchanged,
 /// no_islands and wall as there, then
 ///   supported  corners of the support polygon: at least 3
 ///   inside     smallest tipping angle, rad
 ///   offset     only with a target: over the diagonal
 /// @throws Error{usage} for a goal that makes no sense; otherwise as verify_float
-StandVerdict verify_stand(const Mesh& delivered, const Mesh* original, const StandGoalSpec& goal, const StandLimits& limits = {},
-                          const Progress& progress = {});
+StandVerdict verify(const Mesh& delivered, const Mesh* original, const StandSpec& spec, const Limits& limits = {},
+                    const Progress& progress = {});
+
+Figures state_figures(const Mesh& mesh, const StandSpec& spec, const Limits& limits = {}, const Progress& progress = {});
 
 /// The state of a body as it stands, for the "before" column.
-StandState stand_state_of(const Mesh& mesh, const StandGoalSpec& goal, const Progress& progress = {});
-
-/// A body with given mass, centre of mass and inertia.
-struct TargetGoalSpec {
-  InertialTargets wanted;  ///< in the mesh's own frame
-  double density_g_cm3 = 1.24;
-  double wall_mm = 1.2;  ///< 0: the wall is not judged
-};
-
-struct TargetLimits {
-  double relative = 1e-3;    ///< deviation of every wanted number, see InertialDeviation
-  double wall_ratio = 0.98;  ///< smallest wall over TargetGoalSpec::wall_mm
-};
+StandState stand_state_of(const Mesh& mesh, const StandSpec& spec, const Progress& progress = {});
 
 /// The ten numbers of a body, and those wanted beside them.
 struct TargetState {
@@ -206,17 +174,27 @@ struct TargetState {
 };
 
 struct TargetVerdict : Verdict {
+  TargetSpec spec;  ///< as in FloatVerdict
   TargetState state;
 };
 
-/// Judges a delivered mesh, as verify_float does, by its mass, centre of mass and inertia. Criteria, in this order: closed,
-/// outer_unchanged, no_islands and wall as there, then one for every wanted number, named by inertial_name: its deviation, relative
-/// as InertialDeviation says.
+/// Judges a delivered mesh, as the judge of floating does, by its mass, centre of mass and inertia. Criteria, in this order:
+/// closed, outer_unchanged, no_islands and wall as there, then one for every wanted number, named by inertial_name: its deviation,
+/// relative as InertialDeviation says.
 /// @throws Error{usage} for a goal that makes no sense; otherwise as verify_float
-TargetVerdict verify_target(const Mesh& delivered, const Mesh* original, const TargetGoalSpec& goal,
-                            const TargetLimits& limits = {}, const Progress& progress = {});
+TargetVerdict verify(const Mesh& delivered, const Mesh* original, const TargetSpec& spec, const Limits& limits = {},
+                     const Progress& progress = {});
+
+Figures state_figures(const Mesh& mesh, const TargetSpec& spec, const Limits& limits = {}, const Progress& progress = {});
 
 /// The state of a body, for the "before" column.
-TargetState target_state_of(const Mesh& mesh, const TargetGoalSpec& goal, const Progress& progress = {});
+TargetState target_state_of(const Mesh& mesh, const TargetSpec& spec, const Progress& progress = {});
+
+/// The verdict by a spec of any goal, without its typed state.
+Verdict verify(const Mesh& delivered, const Mesh* original, const Spec& spec, const Limits& limits = {},
+               const Progress& progress = {});
+
+/// The figures of a body as they stand in a verdict, for the "before" column.
+Figures state_figures(const Mesh& mesh, const Spec& spec, const Limits& limits = {}, const Progress& progress = {});
 
 }  // namespace rayrep

@@ -27,13 +27,13 @@ struct CavityMesh {
   double removed_mm3 = 0;
 };
 
-/// The surface of the cavity { p : distance(p) >= wall and q.phi(p) > 0 }: the zero set of
-/// max(wall - distance, -q.phi / |grad q.phi|), meshed on the grid of `field` and then moved onto the exact surfaces: vertices
-/// nearer to the offset surface by exact closest points, the others along the gradient of the quadric. theory.md (16). Where the
-/// body is reentrant vertices keep a little more than the wall, so that the triangles between them keep it too, to second order in
-/// the spacing: theory.md (16c). Whether the shells are closed is for verify_float to say.
-/// Where the surface would fold or cross itself (slits thinner than a cell) the cavity is closed: the samples there are set to
-/// outside in `field`, and the mesh is made again, until it is free of self-intersections or nothing is left to close.
+/// The surface of the cavity { p : distance(p) >= wall and q.phi(p) > 0 }: the zero set of max(wall - distance,
+/// -q.phi / |grad q.phi|), meshed on the grid of `field` and then moved onto the exact surfaces: vertices nearer to the offset
+/// surface by exact closest points, the others along the gradient of the quadric. theory.md (16). Where the body is reentrant
+/// vertices keep a little more than the wall, so that the triangles between them keep it too, to second order in the spacing:
+/// theory.md (16c). Whether the shells are closed is for verify_float to say. Where the surface would fold or cross itself (slits
+/// thinner than a cell) the cavity is closed: the samples there are set to outside in `field`, and the mesh is made again, until it
+/// is free of self-intersections or nothing is left to close.
 /// @param field  wall - distance, see InnerDomain
 /// @param q      switching function: material is where q.phi < 0
 CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Moments& q, const CavityOptions& options);

@@ -41,9 +41,8 @@ WaterlineState at_waterline(const FloatProblem& problem, double waterline_mm);
 
 /// The waterline of largest metacentric height among those that can be met and at which the body comes back upright when let go
 /// tilted by 10 degrees (in four directions); none if there is no such waterline. A scan over the height refined by golden section;
-/// waterlines at the very edge of what can be met are left out,
-/// and so are those that leave less than 5 % of the hull dry: a print a little heavier than planned must not sink. The best one may
-/// lie close below the top of the body.
+/// waterlines at the very edge of what can be met are left out, and so are those that leave less than 5 % of the hull dry: a print
+/// a little heavier than planned must not sink. The best one may lie close below the top of the body.
 /// @throws Error{interrupted}
 std::optional<double> best_waterline(const FloatProblem& problem, const Progress& progress = {});
 

@@ -22,6 +22,13 @@ Eigen::AlignedBox3d bounding_box(const Mesh& mesh);
 /// which is asserted.
 Mesh transformed(const Mesh& mesh, const Eigen::Affine3d& T);
 
+/// The rotation that turns `up`, which need not be a unit vector, to +z about the axis across both. Exact (entries 0 and +-1) for
+/// directions along the axes.
+Eigen::Matrix3d up_to_z(const Eigen::Vector3d& up);
+
+/// The rigid motion that turns `up` to +z (up_to_z), puts the lowest point to z = 0 and centres the box in x and y.
+Eigen::Affine3d working_frame(const Mesh& mesh, const Eigen::Vector3d& up);
+
 /// Appends the vertices and triangles of `other` to `mesh`.
 void append(Mesh& mesh, const Mesh& other);
 

@@ -22,6 +22,16 @@ const char* inertial_name(MomentIndex number);
 /// The same ten numbers of a body.
 double inertial_number(const MassProperties& body, MomentIndex number);
 
+/// One of the ten numbers, to be made as small as it goes, or as large.
+struct InertialWish {
+  MomentIndex number = M1;
+  bool largest = false;
+};
+
+/// The coordinates of the centre of mass without which an entry of the inertia tensor is not linear in the moments: for Ixx y and
+/// z, for Ixy x or y; in words. Empty when those that are wanted will do.
+std::string missing_for(MomentIndex number, const InertialTargets& targets);
+
 /// One wanted number beside what a body has.
 struct InertialDeviation {
   MomentIndex number = M1;

@@ -11,12 +11,19 @@ namespace rayrep {
 /// phi(p) = (1, x, y, z, xx, yy, zz, xy, yz, xz) over its volume, times a density. With unit density the units are mm^3,
 /// mm^4 and mm^5. Additive over disjoint bodies, negative for a cavity (inward orientation).
 using Moments = Eigen::Matrix<double, 10, 1>;
+/// A linear map of moments, or the second derivative of a function of them.
+using Matrix10 = Eigen::Matrix<double, 10, 10>;
 
 /// Places of the entries of Moments and of phi.
 enum MomentIndex { M1 = 0, MX, MY, MZ, MXX, MYY, MZZ, MXY, MYZ, MXZ };
 
 /// phi(p), the ten monomials at a point (mm). theory.md (1).
 Moments monomials(const Eigen::Vector3d& p);
+
+/// A quadric q as a function of a point: q.phi(p), its gradient (q_x, q_y, q_z) + H p, and H, which does not depend on p.
+double quadric_value(const Moments& q, const Eigen::Vector3d& p);
+Eigen::Vector3d quadric_gradient(const Moments& q, const Eigen::Vector3d& p);
+Eigen::Matrix3d quadric_hessian(const Moments& q);
 
 /// Exact moments, unit density, of the region a closed mesh bounds, about the world origin: the sum over triangles (a, b, c)
 /// of the moments of the signed tetrahedra (r, a, b, c) from the mesh's own centre r, moved to the origin. theory.md (3).

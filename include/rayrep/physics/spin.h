@@ -12,6 +12,9 @@ namespace rayrep {
 /// high speed: Izz equal to the larger lateral moment is `middle`, equal to the smaller one (or to both) is `smallest`.
 enum class AxisClass { largest, middle, smallest };
 
+/// "largest", "middle", "smallest".
+const char* name_of(AxisClass axis);
+
 /// How a top touches the ground: sliding without friction, or held in place by it.
 enum class Tip { sliding, fixed };
 

@@ -25,8 +25,7 @@ public:
   /// The same bytes for any number of threads and any processor.
   /// @param q     not zero; only its direction matters to the moments
   /// @param blur  0 for the derivative itself; else its mean over so large a range of the discriminant (with coordinates and q
-  /// scaled to
-  ///              at most 1), which is finite where a ray is tangent to the quadric. theory.md (29)
+  ///              scaled to at most 1), which is finite where a ray is tangent to the quadric. theory.md (29)
   Pass pass(const Moments& q, double blur = 0) const;
   Moments moments(const Moments& q) const;
 

@@ -36,6 +36,8 @@ enum class SegmentBounds {
   complete
 };
 
+inline constexpr const char* kSegmentBoundsNames[] = {"paper", "complete"};
+
 /// What lies between z0 and z1.
 enum class Between {
   material,  ///< as in the papers; the best for a largest axis, whose q_zz is positive

@@ -8,7 +8,7 @@
 
 namespace rayrep {
 
-/// The spin problem for a largest axis, as for SpinGoal, that certify_spin can bound: lambda c_z / L + gamma_i R.
+/// The spin problem for a largest axis, as for spin_goal, that certify_spin can bound: lambda c_z / L + gamma_i R.
 struct CertifiedSpin {
   double lambda = 0.1;
   double gamma_i = 1;
@@ -18,6 +18,8 @@ struct CertifiedSpin {
 };
 
 struct CertifyOptions {
+  /// In which the centre of mass of every interior lies, e.g. those of the body. Of no account for a yo-yo.
+  Interval heights;
   double gap = 1e-4;     ///< relative, at which to stop
   int max_nodes = 2000;  ///< heights at which to solve
 };
@@ -46,10 +48,9 @@ HeightBound bound_heights(const CertifiedSpin& problem, const RayIntegrals& rays
 /// Finds and proves the global optimum of the spin problem by branch and bound over the height l of the centre of mass. With it
 /// fixed the problem is quasiconvex, so that a stationary point is its optimum, and its multipliers bound the objective for all
 /// heights in an interval around it. theory.md (32)
-/// @param heights   in which the centre of mass of every interior lies, e.g. those of the body
 /// @param constant  moments of the rest of the body
 /// @throws Error{interrupted}
 SpinCertificate certify_spin(const CertifiedSpin& problem, const RayIntegrals& rays, const Moments& constant,
-                             const Interval& heights, const CertifyOptions& options = {}, const Progress& progress = {});
+                             const CertifyOptions& options, const Progress& progress = {});
 
 }  // namespace rayrep

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
+#include <optional>
 #include <vector>
 
 #include "rayrep/physics/inertial.h"
@@ -8,45 +10,33 @@
 
 namespace rayrep {
 
-/// What is wanted of the ten moments s (unit density) of a whole body: minimise objective(s) subject to constraints(s) = 0. Scaled
-/// so that values near 1 matter: a constraint of 1e-8 is met to 1e-8 relative. Goals never see how the body is discretised.
-class Goal {
-public:
-  virtual ~Goal() = default;
-
-  virtual int constraints() const = 0;
-  /// True when objective and constraints are affine in s: then second derivatives vanish.
-  virtual bool affine() const = 0;
-
-  virtual double objective(const Moments& s) const = 0;
-  virtual Moments gradient(const Moments& s) const = 0;
-  virtual Eigen::Matrix<double, 10, 10> hessian(const Moments& s) const = 0;
-
-  virtual Eigen::VectorXd constraint_values(const Moments& s) const = 0;
-  virtual Eigen::Matrix<double, Eigen::Dynamic, 10> constraint_jacobian(const Moments& s) const = 0;
-  /// Hessian of mu.c(s); zero, as for linear constraints, unless overridden.
-  virtual Eigen::Matrix<double, 10, 10> constraint_hessian(const Moments& s, const Eigen::VectorXd& mu) const;
+/// A function of the ten moments with its derivatives, at one place.
+struct Derivatives {
+  double value = 0;
+  Moments gradient = Moments::Zero();
+  Matrix10 hessian = Matrix10::Zero();
 };
 
-/// A goal for the moments T s: with T = moment_map(motion), for the body after a rigid motion.
-class MappedGoal final : public Goal {
-public:
-  /// Keeps a reference to `goal`.
-  MappedGoal(const Goal& goal, const Eigen::Matrix<double, 10, 10>& T) : goal_(goal), T_(T) {}
+/// What is wanted of the ten moments s (unit density) of a whole body: minimise f(s) subject to c(s) = J s + c_0 = 0. Scaled so
+/// that values near 1 matter: a constraint of 1e-8 is met to 1e-8 relative. Goals never see how the body is discretised.
+struct Goal {
+  Eigen::Matrix<double, Eigen::Dynamic, 10> J;  ///< a row for each constraint
+  Eigen::VectorXd c_0;
+  bool affine = false;  ///< f is: its second derivatives vanish
+  std::function<Derivatives(const Moments&)> f;
 
-  int constraints() const override { return goal_.constraints(); }
-  bool affine() const override { return goal_.affine(); }
-  double objective(const Moments& s) const override;
-  Moments gradient(const Moments& s) const override;
-  Eigen::Matrix<double, 10, 10> hessian(const Moments& s) const override;
-  Eigen::VectorXd constraint_values(const Moments& s) const override;
-  Eigen::Matrix<double, Eigen::Dynamic, 10> constraint_jacobian(const Moments& s) const override;
-  Eigen::Matrix<double, 10, 10> constraint_hessian(const Moments& s, const Eigen::VectorXd& mu) const override;
-
-private:
-  const Goal& goal_;
-  Eigen::Matrix<double, 10, 10> T_;
+  Eigen::Index constraints() const { return J.rows(); }
+  Eigen::VectorXd constraint_values(const Moments& s) const { return J * s + c_0; }
+  double objective(const Moments& s) const { return f(s).value; }
+  Moments gradient(const Moments& s) const { return f(s).gradient; }
+  Matrix10 hessian(const Moments& s) const { return f(s).hessian; }
 };
+
+/// Minimise q.s under the constraints of `other`.
+Goal linear_goal(const Moments& q, const Goal& other);
+
+/// The goal for the moments T s: with T = moment_map(motion), for the body after a rigid motion.
+Goal mapped(const Goal& goal, const Matrix10& T);
 
 /// Float upright (ray-reps paper, Eq. 3-6): the lowest centre of mass such that the body weighs what it displaces and its centre of
 /// mass lies on the vertical through the centre of buoyancy:
@@ -54,25 +44,15 @@ private:
 ///     minimise s_z / (V L)   subject to   s_1 / V = 1,  (s_x - b_x s_1) / (V L) = 0,  (s_y - b_y s_1) / (V L) = 0
 ///
 /// with V = target volume of material = displaced mass / density. theory.md (14).
-class FloatGoal final : public Goal {
-public:
-  /// @param material_mm3          V
-  /// @param centre_of_buoyancy_mm b, xy
-  /// @param length_mm             L, the size of the body; only scales
-  FloatGoal(double material_mm3, const Eigen::Vector2d& centre_of_buoyancy_mm, double length_mm);
+/// @param material_mm3          V
+/// @param centre_of_buoyancy_mm b, xy
+/// @param length_mm             L, the size of the body; only scales
+Goal float_goal(double material_mm3, const Eigen::Vector2d& centre_of_buoyancy_mm, double length_mm);
 
-  int constraints() const override { return 3; }
-  bool affine() const override { return true; }
-  double objective(const Moments& s) const override;
-  Moments gradient(const Moments& s) const override;
-  Eigen::Matrix<double, 10, 10> hessian(const Moments& s) const override;
-  Eigen::VectorXd constraint_values(const Moments& s) const override;
-  Eigen::Matrix<double, Eigen::Dynamic, 10> constraint_jacobian(const Moments& s) const override;
-
-private:
-  double volume_;
-  double length_;
-  Eigen::Vector2d centre_;
+struct SpinWeights {
+  double lambda = 0.1;  ///< of the height of the centre of mass, over L
+  double gamma_c = 0;   ///< of its static moment squared, over (V L)^2
+  double gamma_i = 1;   ///< of the inertia term
 };
 
 /// Spin stably about the z axis through the origin, the contact point of a top or the centre of a yo-yo. With m = s_1,
@@ -83,56 +63,16 @@ private:
 ///
 /// with R = (I~xx^2 + I~yy^2 + 2 I~xy^2) / Izz^2 when Izz shall be the largest moment, its inverse when the smallest. gamma_c = 0
 /// is the ray-reps paper (Eq. 7-9); lambda = 0 is Spin-It's Eq. 3 (top), and with s_z = 0 its Eq. 5 (yo-yo). theory.md (26).
-class SpinGoal final : public Goal {
-public:
-  struct Weights {
-    double lambda = 0.1;  ///< of the height of the centre of mass, over L
-    double gamma_c = 0;   ///< of its static moment squared, over (V L)^2
-    double gamma_i = 1;   ///< of the inertia term
-  };
-  /// @param volume_mm3 V and @param length_mm L only scale
-  SpinGoal(const Weights& weights, bool largest, bool yoyo, double volume_mm3, double length_mm);
-
-  int constraints() const override { return yoyo_ ? 5 : 4; }
-  bool affine() const override { return false; }
-  double objective(const Moments& s) const override;
-  Moments gradient(const Moments& s) const override;
-  Eigen::Matrix<double, 10, 10> hessian(const Moments& s) const override;
-  Eigen::VectorXd constraint_values(const Moments& s) const override;
-  Eigen::Matrix<double, Eigen::Dynamic, 10> constraint_jacobian(const Moments& s) const override;
-
-  /// R, the inertia term alone.
-  double inertia_ratio(const Moments& s) const;
-
-private:
-  Weights weights_;
-  bool largest_;
-  bool yoyo_;
-  double volume_;
-  double length_;
-};
+/// @param volume_mm3 V and @param length_mm L only scale
+Goal spin_goal(const SpinWeights& weights, bool largest, bool yoyo, double volume_mm3, double length_mm);
+/// R, the inertia term alone.
+double inertia_ratio(const Moments& s);
 
 /// Stand (ray-reps paper, Sec. 3.2, without a prescribed mass): the lowest centre of mass whose plan is a target point:
 ///
 ///     minimise s_z / (L s_1)   subject to   (s_x - t_x s_1) / (V L) = 0,  (s_y - t_y s_1) / (V L) = 0.   theory.md (27)
-class StandGoal final : public Goal {
-public:
-  /// @param target_mm t, and @param volume_mm3 V and @param length_mm L, which only scale
-  StandGoal(const Eigen::Vector2d& target_mm, double volume_mm3, double length_mm);
-
-  int constraints() const override { return 2; }
-  bool affine() const override { return false; }
-  double objective(const Moments& s) const override;
-  Moments gradient(const Moments& s) const override;
-  Eigen::Matrix<double, 10, 10> hessian(const Moments& s) const override;
-  Eigen::VectorXd constraint_values(const Moments& s) const override;
-  Eigen::Matrix<double, Eigen::Dynamic, 10> constraint_jacobian(const Moments& s) const override;
-
-private:
-  Eigen::Vector2d target_;
-  double volume_;
-  double length_;
-};
+/// @param target_mm t, and @param volume_mm3 V and @param length_mm L, which only scale
+Goal stand_goal(const Eigen::Vector2d& target_mm, double volume_mm3, double length_mm);
 
 /// Have given numbers of a rigid body, and make others as small as they go, in a stated order. In a frame whose origin has the
 /// wanted coordinates of the centre of mass, with a_x, a_y, a_z the directions of the mesh's axes, M the matrix of second moments
@@ -140,19 +80,14 @@ private:
 ///
 ///     minimise   f_0 + w f_1 + w^2 f_2   subject to, as far as wanted
 ///     s_1 rho / m = 1,   a_k.(s_x, s_y, s_z) / (V L) = 0,
-///     rho (tr M - a_k.M a_k) / I_kk = 1,   (-rho a_j.M a_k - I_jk) / (rho V L^2) = 0
+///     rho (tr M - a_k.M a_k) / I_kk = 1,   (-rho a_j.M a_k - I_jk) / (rho V L^2) = 0         theory.md (34), (35)
 ///
 /// f_0, f_1, f_2 are the first three of the order that what is given does not fix already: mass s_1 / V, static moments over V L,
 /// moments of inertia about the origin over V L^2. The weights w keep the end of every ray a continuous function of the
 /// multipliers: of the mass alone, or with a centre of mass in x and y, the switching function would not depend on z and whole rays
 /// would switch at once.
-class TargetGoal final : public Goal {
-public:
-  /// One of the ten numbers, see InertialTargets.
-  struct Wish {
-    MomentIndex number = M1;
-    bool largest = false;  ///< as large as it goes, else as small
-  };
+struct TargetGoal : Goal {
+  using Wish = InertialWish;
   struct Setup {
     InertialTargets wanted;
     double density_g_cm3 = 1.24;
@@ -171,29 +106,17 @@ public:
   explicit TargetGoal(const Setup& setup);
 
   /// Everything in the order is fixed by what is given.
-  bool determined() const { return chosen_.empty(); }
+  bool determined() const { return chosen.empty(); }
   /// What of the order is minimised first; none: the height, or where that is given the sum of the moments of inertia.
-  const std::optional<Wish>& first() const { return chosen_.front().wish; }
+  const std::optional<Wish>& first() const { return chosen.front().wish; }
   /// f_0 as a function of s, alone.
-  const Moments& first_gradient() const { return chosen_.front().gradient; }
+  const Moments& first_gradient() const { return chosen.front().gradient; }
 
-  int constraints() const override { return static_cast<int>(jacobian_.rows()); }
-  bool affine() const override { return true; }
-  double objective(const Moments& s) const override { return gradient_.dot(s); }
-  Moments gradient(const Moments&) const override { return gradient_; }
-  Eigen::Matrix<double, 10, 10> hessian(const Moments&) const override { return Eigen::Matrix<double, 10, 10>::Zero(); }
-  Eigen::VectorXd constraint_values(const Moments& s) const override { return jacobian_ * s + offset_; }
-  Eigen::Matrix<double, Eigen::Dynamic, 10> constraint_jacobian(const Moments&) const override { return jacobian_; }
-
-private:
   struct Chosen {
     std::optional<Wish> wish;
     Moments gradient;
   };
-  std::vector<Chosen> chosen_;
-  Moments gradient_ = Moments::Zero();
-  Eigen::Matrix<double, Eigen::Dynamic, 10> jacobian_;
-  Eigen::VectorXd offset_;
+  std::vector<Chosen> chosen;  ///< f_0, f_1, f_2
 };
 
 }  // namespace rayrep

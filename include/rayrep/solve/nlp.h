@@ -80,7 +80,7 @@ public:
   Eigen::VectorXd jacobian_values(const Eigen::VectorXd& x) const override;
   Pattern hessian_pattern() const override;
   Eigen::VectorXd hessian_values(const Eigen::VectorXd& x, double objective_factor, const Eigen::VectorXd& mu) const override;
-  bool quadratic() const override { return goal_.affine() && chained_are_linear_ && pair_lengths_.size() == 0; }
+  bool quadratic() const override { return goal_.affine && chained_are_linear_ && pair_lengths_.size() == 0; }
   bool strictly_within_bounds() const override { return pair_lengths_.size() > 0; }
 
   /// The interior's own variables.

@@ -16,6 +16,8 @@ enum class Solver {
   octree    ///< Spin-It's: the same over an adaptive octree
 };
 
+inline constexpr const char* kSolverNames[] = {"quadric", "rays", "voxels", "octree"};
+
 /// What is known after a solve.
 enum class SolveStatus {
   not_run,          ///< no solver was called; no other field means anything
@@ -24,6 +26,8 @@ enum class SolveStatus {
   iteration_limit,  ///< stopped at SolveOptions::max_iterations; x is the last iterate, of unknown quality
   failed,           ///< numerical trouble, named in SolveReport::solver_status; x is the last iterate
 };
+
+inline constexpr const char* kSolveStatusNames[] = {"not_run", "converged", "infeasible", "iteration_limit", "failed"};
 
 struct SolveOptions {
   /// Scaled KKT error at which to stop. Smaller costs an iteration per decade.

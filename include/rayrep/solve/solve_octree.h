@@ -11,8 +11,9 @@ namespace rayrep {
 
 /// Spin-It's adaptive hollowing, Sec. 5.2-5.4. The paper gives no numbers.
 struct OctreeOptions {
-  int start_level = 2;    ///< cells at the start are 2^start_level ray spacings wide
-  double epsilon = 0.01;  ///< fractions this close to 0 or 1 count as void or full
+  InteriorNlp::Scale scale;  ///< as for InteriorNlp
+  int start_level = 2;       ///< cells at the start are 2^start_level ray spacings wide
+  double epsilon = 0.01;     ///< fractions this close to 0 or 1 count as void or full
   /// gamma of the paper's regulariser gamma / 2 rho^T L rho, beside the goal's objective. None by default: Ipopt's barrier already
   /// makes the optimum unique, and any weight raises the objective and fills the factors of the Hessian.
   double laplacian_weight = 0;
@@ -46,12 +47,11 @@ struct OctreeReport {
 /// Solves for the fill fractions of a mid-level octree, splits and merges its leaves, and so on until every fraction that is
 /// neither 0 nor 1 belongs to a leaf of the finest level, one ray spacing; then rounds. Each round starts anew from `start_fill`.
 /// @param constant  moments of the rest of the body, unit density
-/// @param scale     as for InteriorNlp
 /// A round of a curved goal that does not converge is tried once more with the other barrier strategy. Large cells reach less than
 /// small ones: a start that is infeasible is tried again with cells half as wide. Any other round that does not converge ends it:
 /// SolveReport::status says so, and the rest of the report is about that round.
 /// @throws Error{interrupted}
-OctreeReport solve_octree(const Goal& goal, const RayRep& domain, const Moments& constant, const InteriorNlp::Scale& scale,
-                          const OctreeOptions& options = {}, const Progress& progress = {});
+OctreeReport solve_octree(const Goal& goal, const RayRep& domain, const Moments& constant, const OctreeOptions& options,
+                          const Progress& progress = {});
 
 }  // namespace rayrep

@@ -1,0 +1,121 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "rayrep/base/setting.h"
+#include "rayrep/physics/inertial.h"
+#include "rayrep/physics/spin.h"
+#include "rayrep/physics/spin_axis.h"
+
+namespace rayrep {
+
+// What a body is for. A maker is given one of these, fills in what it found (a waterline, a contact point), and a judge holds the
+// result to that. Each names its goal, and its settings (base/setting.h) are all there is to set.
+
+/// What is printed, and how thick.
+struct Print {
+  double density_g_cm3 = 1.24;  ///< of the printed material
+  double wall_mm = 1.2;         ///< smallest distance of a cavity to the surface; for a judge 0: the wall is not judged
+};
+
+/// Floats upright.
+struct FloatSpec {
+  static constexpr const char* kGoal = "float";
+  static constexpr int kUsualResolution = 200;
+  static constexpr const char* kGroup = "Floating";
+  static constexpr const char* kMakes = "hollow MESH so that it floats upright";
+
+  Print print;
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< direction of the mesh that shall point up; need not be a unit vector
+  double fluid_g_cm3 = 1.0;
+  /// Of the fluid's surface above the lowest point along `up`. With neither this nor the next: a maker searches it, see
+  /// best_waterline; a judge takes the one at which the body displaces its own mass.
+  std::optional<double> waterline_mm;
+  std::optional<double> submerged_fraction;  ///< of the height
+  bool waterline_searched = false;           ///< said by a maker: waterline_mm was found by search
+};
+
+/// Spins stably about an axis as a top, or as a yo-yo.
+struct SpinSpec {
+  static constexpr const char* kGoal = "spin";
+  static constexpr int kUsualResolution = 100;
+  static constexpr const char* kGroup = "Spinning";
+  static constexpr const char* kMakes = "hollow MESH so that it spins as a top or a yo-yo";
+  enum class Objective { rayreps, spinit };
+
+  Print print;
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< the spin axis; need not be a unit vector
+  SpinAxis axis;                                  ///< of a top: through which point
+  bool yoyo = false;
+  std::optional<Eigen::Vector3d> centre_mm;  ///< of a yo-yo: wanted centre of mass; none: the middle of the bounding box
+  AxisClass prefer = AxisClass::largest;     ///< or smallest: which principal moment Izz shall be
+
+  // What a maker minimises, and how it searches.
+  Objective objective = Objective::rayreps;
+  double lambda = 0.1;      ///< rayreps: weight of the height of the centre of mass, over L
+  double gamma_c = 1;       ///< spinit: of its static moment squared, over (V L)^2
+  double gamma_i = 1;       ///< of the inertia term
+  double max_tilt_rad = 0;  ///< the axis is searched within this angle of `up`; 0: it is not
+  bool certify = false;     ///< search for the global optimum, with proof; for a largest axis and the objective rayreps only
+};
+
+/// Stands on level ground.
+struct StandSpec {
+  static constexpr const char* kGoal = "stand";
+  static constexpr int kUsualResolution = 200;
+  static constexpr const char* kGroup = "Standing";
+  static constexpr const char* kMakes = "hollow MESH so that it stands as safely as it can";
+  enum class Objective {
+    lowest,     ///< the lowest centre of mass above the target
+    tip_angle,  ///< the target is moved to where the smallest tipping angle is largest
+  };
+
+  Print print;
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  /// Where the centre of mass shall be in plan. None: a maker takes the safest point of the support polygon, or with tip_angle
+  /// starts there; a judge asks for no place.
+  std::optional<Eigen::Vector3d> target_mm;
+  std::optional<double> contact_tolerance_mm;  ///< none: see contact_tolerance_mm()
+  Objective objective = Objective::lowest;     ///< of a maker
+};
+
+/// Has given mass, centre of mass and inertia, any of them.
+struct TargetSpec {
+  static constexpr const char* kGoal = "target";
+  static constexpr int kUsualResolution = 200;
+  static constexpr const char* kGroup = "Wanted (any of the ten numbers)";
+  static constexpr const char* kMakes = "hollow MESH to a given mass, centre of mass, inertia";
+
+  Print print;
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< along which a maker casts its rays, unless another axis is better
+  InertialTargets wanted;                         ///< in the mesh's own frame
+  /// What a maker minimises first, second, ... while the wanted numbers are met; then as TargetGoal says. A coordinate of the
+  /// centre of mass needs the mass wanted; a moment or product of inertia needs the coordinates that it depends on, as if it were
+  /// wanted.
+  std::vector<InertialWish> order;
+};
+
+using Spec = std::variant<FloatSpec, SpinSpec, StandSpec, TargetSpec>;
+
+/// The rows that set a spec; they keep references to it. @param purpose  leaves out what the other one alone asks for
+Settings settings(Print& print, Setting::For purpose);
+Settings settings(FloatSpec& spec, Setting::For purpose);
+Settings settings(SpinSpec& spec, Setting::For purpose);
+Settings settings(StandSpec& spec, Setting::For purpose);
+Settings settings(TargetSpec& spec, Setting::For purpose);
+
+/// @throws Error{usage} for a spec that makes no sense, in the words of its settings
+void check(const FloatSpec& spec, Setting::For purpose);
+void check(const SpinSpec& spec, Setting::For purpose);
+void check(const StandSpec& spec, Setting::For purpose);
+void check(const TargetSpec& spec, Setting::For purpose);
+
+/// The print of any spec, and its up direction.
+const Print& print_of(const Spec& spec);
+const Eigen::Vector3d& up_of(const Spec& spec);
+
+}  // namespace rayrep

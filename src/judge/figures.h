@@ -1,0 +1,30 @@
+#pragma once
+
+// How the judges write figures.
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "rayrep/base/figure.h"
+#include "rayrep/physics/moments.h"
+#include "rayrep/physics/spec.h"
+
+namespace rayrep::verify_detail {
+
+std::vector<double> list(const Eigen::Ref<const Eigen::VectorXd>& v);
+std::vector<std::vector<double>> rows(const Eigen::Ref<const Eigen::MatrixXd>& m);
+/// None if it is absent.
+Figure::Value value_or_none(const std::optional<Eigen::Vector3d>& point);
+
+/// Mass, centre of mass and inertia. @param mass_words  of the mass in a table; empty: not there
+Figures body_figures(const MassProperties& body, const char* mass_words);
+
+/// "material 1.24 g/cm3, wall 1.2 mm": the end of every headline.
+std::string print_words(const Print& print);
+void add_print(const Print& print, Figures& wanted);
+
+/// "(1.000, 2.000, 3.000) mm"
+std::string place_words(const Eigen::Vector3d& p);
+
+}  // namespace rayrep::verify_detail

@@ -1,0 +1,98 @@
+#include "make/body.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/text.h"
+#include "rayrep/base/error.h"
+#include "rayrep/mesh/mesh_check.h"
+#include "rayrep/physics/hydrostatics.h"
+
+namespace rayrep::detail {
+namespace {
+
+/// The grid on which the cavity is meshed: as fine as the rays, but not finer than a printer sees, nor so coarse that the wall's
+/// own shape is lost.
+double field_spacing(double ray_spacing_mm, double wall_mm, double size_mm) {
+  const double printer_mm = std::min(0.3, size_mm / 100);
+  return std::min(std::max(ray_spacing_mm, printer_mm), 0.5 * wall_mm);
+}
+
+InnerDomainOptions inner_options(const Discretisation& options, double size_mm) {
+  InnerDomainOptions inside;
+  inside.wall_mm = options.wall_mm;
+  inside.ray_spacing_mm = size_mm / options.resolution;
+  inside.field_spacing_mm = field_spacing(inside.ray_spacing_mm, options.wall_mm, size_mm);
+  inside.min_component_mm3 = options.min_cavity_mm3;
+  return inside;
+}
+
+}  // namespace
+
+Discretisation discretisation(const Print& print, const HollowOptions& options) {
+  return {print.wall_mm, options.resolution, options.min_cavity_mm3};
+}
+
+void check(const HollowOptions& options, const Spec& spec) {
+  HollowOptions copy = options;
+  rayrep::check(settings(copy, spec));
+  if (options.max_passes < 1) throw Error(ErrorCode::usage, "At least one pass is needed.");
+}
+
+Body::Body(Mesh mesh, const Eigen::Affine3d& frame, const Discretisation& options, const Progress& progress)
+    : outer(std::move(mesh)),
+      to_working(frame),
+      working(transformed(outer, to_working)),
+      hull(outer_hull(working)),
+      surface(working) {
+  const bool has_sealed_cavities = hull.triangles.size() < working.triangles.size();
+  hull = boundary_of_union(hull, progress);
+  solid = mesh_moments(has_sealed_cavities ? boundary_of_union(working, progress) : hull);
+  const Eigen::AlignedBox3d box = bounding_box(working);
+  size_mm = box.sizes().maxCoeff();
+  diagonal_mm = box.diagonal().norm();
+  height_mm = box.sizes().z();
+
+  const InnerDomainOptions inside = inner_options(options, size_mm);
+  if (inside.field_spacing_mm < size_mm / 1000)
+    throw Error(ErrorCode::goal, "A wall of " + number(options.wall_mm, 3) + " mm is too thin to be resolved in a body " +
+                                     number(size_mm, 1) + " mm long: choose at least " + number(size_mm / 500, 3) +
+                                     " mm (--wall). If the body is not meant to be that long, set --unit or --size.");
+  inner = inner_domain(surface, inside, progress);
+  if (inner.rays.intervals.empty()) throw Error(ErrorCode::goal, nothing_inside(options, progress));
+  integrals.emplace(inner.rays);
+  shell = solid - integrals->full();
+}
+
+bool Body::refine(const Discretisation& options, const Progress& progress) {
+  const double finest_mm = std::max(0.25 * options.wall_mm, size_mm / 1000);
+  if (inner.field.spacing_mm < 1.2 * finest_mm) return false;
+  progress.begin("domain");
+  InnerDomainOptions finer = inner_options(options, size_mm);
+  finer.field_spacing_mm = finest_mm;
+  inner.field = inner_domain(surface, finer, progress).field;
+  return true;
+}
+
+std::string Body::nothing_inside(const Discretisation& options, const Progress& progress) const {
+  const ClosestPoint deepest = deepest_point(surface, progress);
+  const Eigen::Vector3d at = to_working.inverse() * deepest.point_mm;
+  const Eigen::Vector3d size = bounding_box(outer).sizes();
+  std::string text = "Nothing remains inside a wall of " + number(options.wall_mm, 2) + " mm: the deepest point, at (" +
+                     number(at.x(), 2) + ", " + number(at.y(), 2) + ", " + number(at.z(), 2) + "), is only " +
+                     number(deepest.distance_mm, 3) + " mm from the surface";
+  if (deepest.distance_mm > options.wall_mm) text += " and the room around it is too small to print";
+  return text + ". The body measures " + number(size.x(), 2) + " x " + number(size.y(), 2) + " x " + number(size.z(), 2) +
+         " mm: if that is not what you meant, set the unit (--unit) or the size (--size); otherwise choose a thinner wall "
+         "(--wall).";
+}
+
+RayRep Body::inner_with(double wall_mm, double spacing_mm, const Progress& progress) const {
+  InnerDomainOptions options;
+  options.wall_mm = wall_mm;
+  options.ray_spacing_mm = options.field_spacing_mm = spacing_mm;
+  const Progress quiet{.stage = {}, .cancelled = progress.cancelled};
+  return inner_domain(surface, options, quiet).rays;
+}
+
+}  // namespace rayrep::detail

@@ -1,0 +1,50 @@
+#include "make/cavity_maker.h"
+
+namespace rayrep::detail {
+
+CavityMaker::CavityMaker(Body& body, const Print& print, const HollowOptions& options, const Progress& progress)
+    : body_(body), print_(print), options_(options), progress_(progress) {
+  cavity_options_.wall_mm = print.wall_mm;
+  cavity_options_.min_cavity_mm3 = options.min_cavity_mm3;
+}
+
+void CavityMaker::make(const Moments& q) {
+  const bool first = cavity_.mesh.vertices.empty();
+  if (first || !follow_quadric(cavity_, body_.inner.field, body_.surface, q, cavity_options_)) return make_anew(q);
+  followed_ = true;
+  measure();
+}
+
+void CavityMaker::make_anew(const Moments& q) {
+  cavity_ = mesh_cavity(body_.inner.field, body_.surface, q, cavity_options_);
+  followed_ = false;
+  measure();
+}
+
+void CavityMaker::measure() {
+  shells_ = transformed(cavity_.mesh, body_.to_working.inverse());
+  if (options_.as_stored) shells_ = options_.as_stored(shells_);
+  moments_ = body_.solid + mesh_moments(transformed(shells_, body_.to_working));  // shells face inward: negative
+}
+
+bool CavityMaker::refine() {
+  if (!body_.refine(discretisation(print_, options_), progress_)) return false;
+  cavity_ = {};
+  return true;
+}
+
+bool CavityMaker::spoilt() const { return followed_ && crossing_triangles(cavity_.mesh).size() > cavity_.crossing; }
+
+Made CavityMaker::made() const {
+  Mesh mesh = body_.outer;
+  append(mesh, shells_);
+  Made made;
+  made.delivery.parts.push_back({.mesh = std::move(mesh), .density_g_cm3 = print_.density_g_cm3});
+  made.cavities = cavity_.cavities;
+  made.filled_cavities = cavity_.filled;
+  made.filled_mm3 = cavity_.filled_mm3;
+  made.removed_islands = cavity_.removed_islands;
+  return made;
+}
+
+}  // namespace rayrep::detail

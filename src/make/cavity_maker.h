@@ -1,0 +1,37 @@
+#pragma once
+
+#include "make/body.h"
+#include "make/maker.h"
+#include "rayrep/make/cavity.h"
+
+namespace rayrep::detail {
+
+/// A cavity where q.phi > 0, at least the wall from the surface, as a mesh.
+class CavityMaker final : public Maker {
+public:
+  /// Keeps references to all.
+  CavityMaker(Body& body, const Print& print, const HollowOptions& options, const Progress& progress);
+
+  void make(const Moments& q) override;
+  void make_anew(const Moments& q) override;
+  bool refine() override;
+  bool adapted() const override { return followed_; }
+  bool spoilt() const override;
+  const Moments& moments() const override { return moments_; }
+  Made made() const override;
+
+private:
+  void measure();
+
+  Body& body_;
+  const Print& print_;
+  const HollowOptions& options_;
+  const Progress& progress_;
+  CavityOptions cavity_options_;
+  CavityMesh cavity_;  ///< working frame
+  Mesh shells_;        ///< as stored, in the frame given
+  Moments moments_ = Moments::Zero();
+  bool followed_ = false;
+};
+
+}  // namespace rayrep::detail

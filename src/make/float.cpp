@@ -1,0 +1,95 @@
+#include <algorithm>
+#include <cmath>
+
+#include "base/text.h"
+#include "make/plan.h"
+#include "rayrep/base/error.h"
+#include "rayrep/make/waterline.h"
+
+namespace rayrep::detail {
+namespace {
+
+Error refusal(const Explanation& why) { return {ErrorCode::goal, why.text, why.remedies}; }
+
+/// best_waterline on as many rays as tell waterlines apart, and on all of them if that one cannot be met there.
+std::optional<double> searched_waterline(const FloatProblem& problem, const Body& body, const Progress& progress) {
+  constexpr std::size_t enough = 15000;
+  int step = 1;
+  while (problem.inner.intervals.size() > 2 * enough * static_cast<std::size_t>(step * step)) ++step;
+  if (step > 1) {
+    const RayRep inner = problem.inner.thinned(step);
+    const RayIntegrals integrals(inner);
+    const FloatProblem coarse{problem.hull,        inner,
+                              integrals,           body.solid - integrals.full(),
+                              problem.fluid_g_cm3, problem.density_g_cm3,
+                              problem.wall_mm,     problem.height_mm,
+                              problem.diagonal_mm};
+    const std::optional<double> best = best_waterline(coarse, progress);
+    if (best && at_waterline(problem, *best).attainable) return best;
+  }
+  return best_waterline(problem, progress);
+}
+
+/// Fills in the waterline of `spec`, given or searched. @throws Error{usage}, Error{goal}
+void find_waterline(const FloatProblem& problem, const Body& body, FloatSpec& spec, const Progress& progress) {
+  if (spec.submerged_fraction) spec.waterline_mm = *spec.submerged_fraction * body.height_mm;
+  spec.submerged_fraction.reset();
+  if (!spec.waterline_mm) {
+    spec.waterline_mm = searched_waterline(problem, body, progress);
+    if (!spec.waterline_mm) throw refusal(explain_no_waterline(problem, body.surface, progress));
+    spec.waterline_searched = true;
+  } else if (!(*spec.waterline_mm > 0 && *spec.waterline_mm < body.height_mm)) {
+    throw Error(ErrorCode::usage, "The waterline must lie between the lowest and the highest point, 0 and " +
+                                      number(body.height_mm, 2) + " mm; it is " + number(*spec.waterline_mm, 2) + " mm.");
+  }
+}
+
+void prove(const Plan& plan, const Moments& constant, HollowResult& result) {
+  const double bound = solve_quadric(plan.goal, *plan.body->integrals, constant).lower_bound;
+  result.duality_gap = (result.solve.objective - bound) / std::abs(bound);
+  result.proof_figures = {{.name = "duality_gap", .words = "", .value = *result.duality_gap}};
+  result.proof = {"centre of mass within " + scientific(std::max(std::abs(*result.duality_gap), 1e-9)) +
+                  " of the lowest possible on these rays (proven by duality)"};
+}
+
+}  // namespace
+
+Plan plan(const Mesh& solid, const FloatSpec& spec, const HollowOptions& options, const Progress& progress) {
+  progress.begin("domain");
+  Mesh outer = stored(solid, options);
+  const Eigen::Affine3d frame = working_frame(outer, spec.up);
+  Plan plan;
+  plan.body = std::make_unique<Body>(std::move(outer), frame, discretisation(spec.print, options), progress);
+  const Body& body = *plan.body;
+  const double density_g_cm3 = spec.print.density_g_cm3;
+  const FloatProblem problem{body.hull,     body.inner.rays,    *body.integrals, body.shell,      spec.fluid_g_cm3,
+                             density_g_cm3, spec.print.wall_mm, body.height_mm,  body.diagonal_mm};
+  FloatSpec found = spec;
+  progress.begin("waterline");
+  find_waterline(problem, body, found, progress);
+  plan.spec = found;
+  const WaterlineState target = at_waterline(problem, *found.waterline_mm);
+  if (!target.attainable) throw refusal(explain_unattainable(problem, target, body.surface, progress));
+  if (target.metacentric_height_mm <= 0)
+    throw Error(ErrorCode::goal,
+                "It cannot float upright at a waterline of " + number(*found.waterline_mm, 2) +
+                    " mm: with the lowest possible centre of mass the metacentric height is " +
+                    number(target.metacentric_height_mm, 2) +
+                    " mm, and it must be positive. Leave the waterline to the search (no --waterline), or try a denser "
+                    "material (--density) or a thinner wall (--wall).");
+
+  const double material_mm3 = target.water.displaced_volume_mm3 * spec.fluid_g_cm3 / density_g_cm3;
+  const Eigen::Vector2d centre = target.water.centre_of_buoyancy_mm.head<2>();
+  plan.goal = float_goal(material_mm3, centre, body.diagonal_mm);
+  plan.error = [material_mm3, centre, diagonal_mm = body.diagonal_mm](const Moments& s) {
+    const double offset = (s.segment<2>(MX) / s[M1] - centre).norm() / diagonal_mm;
+    return std::max(std::abs(s[M1] / material_mm3 - 1), offset);
+  };
+  plan.setup.solver = options.solver;
+  plan.setup.scale = {material_mm3, body.diagonal_mm};
+  plan.setup.options = options.solve;
+  plan.prove = prove;
+  return plan;
+}
+
+}  // namespace rayrep::detail

@@ -1,0 +1,183 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/text.h"
+#include "make/plan.h"
+#include "make/spin_search.h"
+#include "make/wall_search.h"
+#include "rayrep/base/error.h"
+#include "rayrep/make/waterline.h"
+
+namespace rayrep::detail {
+namespace {
+
+/// A wall, as thick as can be, with which the body spins about the axis as wanted.
+std::optional<double> wall_for_balance(const Body& body, const Goal& goal, const SpinSpec& spec, const Progress& progress) {
+  return thinner_wall(spec.print.wall_mm, [&](double wall) {
+    const RayIntegrals inner(body.inner_with(wall, body.size_mm / 80, progress));
+    if (inner.intervals() == 0) return false;
+    const QuadricSolution solution = solve_quadric(goal, inner, body.solid - inner.full());
+    return solution.converged && spins_as_wanted(solution.moments, spec.prefer == AxisClass::largest);
+  });
+}
+
+std::string vector_text(const Eigen::Vector3d& v, int digits) {
+  return number(v.x(), digits) + "," + number(v.y(), digits) + "," + number(v.z(), digits);
+}
+
+/// Why the body cannot be balanced about this axis, how near it comes, and what would make it possible.
+Error unbalanced(const Body& body, const SpinSpec& spec, const Goal& goal, const Progress& progress) {
+  progress.begin("advice");
+  const NearestSolution nearest = nearest_attainable(goal, *body.integrals, body.shell, 1e-6);
+  const Moments& s = nearest.moments;
+  const double offset = (spec.yoyo ? s.segment<3>(MX).norm() : s.segment<2>(MX).norm()) / s[M1];
+  const double products = Eigen::Vector2d(s[MXZ], s[MYZ]).norm() / s[M1];
+  std::string text = "It cannot be balanced about this axis: no interior on these rays brings the centre of mass onto " +
+                     std::string(spec.yoyo ? "the centre" : "the axis") +
+                     " and makes the products of inertia vanish (proven). The centre of mass alone comes to within " +
+                     number(smallest_offset_mm(body.inner.rays, body.shell, std::nullopt, {0, 0}), 3) +
+                     " mm of the axis; where the static moment and the products together are smallest, it lies " +
+                     number(offset, 3) + " mm beside it, the mass is " + number(s[M1] * spec.print.density_g_cm3 / 1000, 2) +
+                     " g and the products are " + number(products, 3) + " mm2 per unit of mass.";
+  const SpinSearch search(body, spec);
+  const Eigen::Affine3d back = body.to_working.inverse();
+  std::vector<std::string> remedies;
+  std::string ways;
+  const auto add = [&](const std::string& way, const std::string& remedy) {
+    ways += (ways.empty() ? "" : "; ") + way + " (" + remedy + ")";
+    remedies.push_back(remedy);
+  };
+  if (const auto point = search.nearest_point({}, progress))
+    add("move the axis by " + number(point->second, 2) + " mm",
+        (spec.yoyo ? "--center " : "--point ") + vector_text(back * point->first.contact_mm, 3));
+  if (const auto tilt = search.smallest_tilt({}, progress))
+    add("tilt it by " + number(tilt->second * 180 / std::numbers::pi, 1) + " degrees",
+        "--up " + vector_text(back.linear() * tilt->first.up, 5));
+  if (const auto wall = wall_for_balance(body, goal, spec, progress)) add("make the wall thinner", "--wall " + wall_words(*wall));
+  text += ways.empty() ? " No parallel axis (--point), no tilt up to 30 degrees (--up) and no wall down to " +
+                             number(kThinnestWall_mm, 1) + " mm (--wall) would help: try another shape, or a larger body (--size)."
+                       : " What would make it possible: " + ways + ".";
+  return {ErrorCode::goal, text, remedies};
+}
+
+/// Axis and contact point in the frame of the mesh that was given, searched at a coarse resolution where that is asked for.
+SpinFrame spin_frame(const Mesh& outer, const SpinSpec& spec, const HollowOptions& options, const Progress& progress) {
+  SpinFrame frame{spec.up.normalized(), spec.yoyo ? spec.centre_mm.value_or(bounding_box(outer).center())
+                                                  : contact_point(outer, spec.axis, spec.up, progress)};
+  const bool points = spec.axis.through == SpinAxis::Through::best && !spec.yoyo;
+  if (!points && spec.max_tilt_rad == 0) return frame;
+  Discretisation coarse = discretisation(spec.print, options);
+  coarse.resolution = std::min(coarse.resolution, 80);
+  Eigen::Affine3d working = working_frame(outer, spec.up);
+  working.translation() = -(working.linear() * frame.contact_mm);
+  const Body body(outer, working, coarse, progress);
+  progress.begin("axis");
+  const SpinFrame best = SpinSearch(body, spec).best({}, points, spec.max_tilt_rad, progress);
+  frame.up = working.linear().transpose() * best.up;
+  frame.contact_mm = working.inverse() * best.contact_mm;
+  return frame;
+}
+
+/// What a judge is to hold it to.
+SpinSpec filled_in(SpinSpec spec, const SpinFrame& frame) {
+  spec.up = frame.up;
+  if (spec.yoyo) {
+    spec.centre_mm = frame.contact_mm;
+  } else {
+    spec.axis.through = SpinAxis::Through::point;
+    spec.axis.leaves_below = false;
+    spec.axis.point_mm = frame.contact_mm;
+  }
+  return spec;
+}
+
+/// The solver's options: Ipopt stays on the central path, where spin problems converge. theory.md (26)
+InteriorSolver::Setup setup_of(const SpinSpec& spec, const HollowOptions& options, const InteriorNlp::Scale& scale) {
+  InteriorSolver::Setup setup;
+  setup.solver = options.solver;
+  setup.segments = true;
+  setup.bounds = options.bounds;
+  setup.between = spec.prefer == AxisClass::largest ? Between::material : Between::cavity;
+  setup.start_fill = options.start_fill;
+  setup.scale = scale;
+  setup.options = options.solve;
+  setup.options.tolerance = std::max(options.solve.tolerance, 1e-6);
+  setup.options.barrier_target = 1e-7;
+  setup.options.max_iterations = std::min(options.solve.max_iterations, 200);
+  return setup;
+}
+
+void prove(const Plan& plan, const Moments&, HollowResult& result) {
+  result.certificate = plan.certificate;
+  if (!result.certificate) return;
+  const SpinCertificate& c = *result.certificate;
+  result.proof = {"no interior on these rays does better than " + number(c.lower_bound, 6) + ", this one " +
+                  number(c.best.objective, 6) + ": within " + scientific(std::max(c.gap, 1e-9)) +
+                  " of the global optimum (proven, " + std::to_string(c.nodes) + " heights)"};
+  result.proof_figures = {{.name = "certificate",
+                           .words = "",
+                           .value = Record{{"objective", c.best.objective},
+                                           {"lower_bound", c.lower_bound},
+                                           {"gap", c.gap},
+                                           {"closed", c.closed},
+                                           {"nodes", static_cast<double>(c.nodes)},
+                                           {"evaluations", static_cast<double>(c.evaluations)}}}};
+}
+
+}  // namespace
+
+SpinWeights weights_of(const SpinSpec& spec) {
+  SpinWeights weights{.lambda = 0, .gamma_c = 0, .gamma_i = spec.gamma_i};
+  if (spec.yoyo) return weights;
+  (spec.objective == SpinSpec::Objective::rayreps ? weights.lambda : weights.gamma_c) =
+      spec.objective == SpinSpec::Objective::rayreps ? spec.lambda : spec.gamma_c;
+  return weights;
+}
+
+Plan plan(const Mesh& solid, const SpinSpec& spec, const HollowOptions& options, const Progress& progress) {
+  progress.begin("domain");
+  Mesh outer = stored(solid, options);
+  const SpinFrame axis = spin_frame(outer, spec, options, progress);
+  progress.begin("domain");
+  Eigen::Affine3d frame = working_frame(outer, axis.up);
+  frame.translation() = -(frame.linear() * axis.contact_mm);
+  Plan plan;
+  plan.spec = filled_in(spec, axis);
+  plan.body = std::make_unique<Body>(std::move(outer), frame, discretisation(spec.print, options), progress);
+  const Body& body = *plan.body;
+  const InteriorNlp::Scale scale{body.solid[M1], body.diagonal_mm};
+  const bool largest = spec.prefer == AxisClass::largest;
+  const Goal goal = spin_goal(weights_of(spec), largest, spec.yoyo, scale.volume_mm3, scale.length_mm);
+  progress.begin("solve");
+  const QuadricSolution exact = solve_quadric(goal, *body.integrals, body.shell);
+  if (exact.infeasible) throw unbalanced(body, spec, goal, progress);
+  // What was solved to see whether it can be done is where the first pass starts.
+  const QuadricSolution* known = &exact;
+  if (spec.certify) {
+    const Eigen::AlignedBox3d box = bounding_box(body.working);
+    plan.certificate = certify_spin({.lambda = weights_of(spec).lambda,
+                                     .gamma_i = spec.gamma_i,
+                                     .yoyo = spec.yoyo,
+                                     .volume_mm3 = scale.volume_mm3,
+                                     .length_mm = scale.length_mm},
+                                    *body.integrals, body.shell, {.heights = {box.min().z(), box.max().z()}}, progress);
+    known = &plan.certificate->best;
+  }
+  plan.setup = setup_of(spec, options, scale);
+  if (known->converged) {
+    plan.setup.warm.moments = known->moments;
+    plan.setup.warm.multipliers = known->multipliers;
+  }
+  plan.goal = goal;
+  plan.error = [yoyo = spec.yoyo, L = scale.length_mm](const Moments& s) {
+    const double m = s[M1];
+    const double products = Eigen::Vector2d(s[MXZ], s[MYZ]).norm() / (m * L * L);
+    const double offset = (yoyo ? s.segment<3>(MX).norm() : s.segment<2>(MX).norm()) / (m * L);
+    return std::max(offset, products);
+  };
+  plan.prove = prove;
+  return plan;
+}
+
+}  // namespace rayrep::detail

@@ -1,0 +1,451 @@
+#include "rayrep/physics/spec.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "base/text.h"
+#include "rayrep/base/error.h"
+#include "rayrep/physics/materials.h"
+
+namespace rayrep {
+namespace {
+
+using For = Setting::For;
+
+[[noreturn]] void usage_error(const std::string& message) { throw Error(ErrorCode::usage, message); }
+
+/// Without those that only the other purpose asks for.
+Settings asked_for(Settings settings, For purpose) {
+  std::erase_if(settings, [purpose](const Setting& s) { return s.applies != For::all && s.applies != purpose; });
+  return settings;
+}
+
+std::string material_names() {
+  std::string names;
+  for (const Material& m : materials()) names += (names.empty() ? "" : " ") + m.name;
+  return names;
+}
+
+std::string shown_point(const Eigen::Vector3d& p) { return shown(p.x(), 9) + "," + shown(p.y(), 9) + "," + shown(p.z(), 9); }
+
+void parse_axis(const std::string& text, SpinAxis& axis) {
+  axis = {};
+  if (text == "lowest") return;
+  axis.through = SpinAxis::Through::centre_of_mass;
+  if (text == "com") return;
+  axis.through = SpinAxis::Through::best;
+  if (text == "auto") return;
+  const std::vector<double> c = parse_numbers("point", text);
+  if (c.size() != 2 && c.size() != 3) usage_error("--point takes lowest, com, auto, X,Y or X,Y,Z; it is '" + text + "'.");
+  axis.through = SpinAxis::Through::point;
+  axis.leaves_below = c.size() == 2;
+  axis.point_mm = Eigen::Vector3d(c[0], c[1], c.size() == 3 ? c[2] : 0);
+}
+
+std::string shown_axis(const SpinAxis& axis) {
+  switch (axis.through) {
+    case SpinAxis::Through::lowest_point:
+      return "lowest";
+    case SpinAxis::Through::centre_of_mass:
+      return "com";
+    case SpinAxis::Through::best:
+      return "auto";
+    case SpinAxis::Through::point:
+      break;
+  }
+  const std::string text = shown_point(axis.point_mm);
+  return axis.leaves_below ? text.substr(0, text.rfind(',')) : text;
+}
+
+TextPlace preferred_axis(AxisClass& prefer) {
+  static constexpr std::array<const char*, 2> kNames = {"largest", "smallest"};
+  return {[&prefer](const std::string& text) {
+            prefer = parse_choice("prefer", text, kNames) == 0 ? AxisClass::largest : AxisClass::smallest;
+          },
+          [&prefer] { return std::string(kNames[prefer == AxisClass::largest ? 0 : 1]); }};
+}
+
+/// `--axis auto` and how far it may tilt: one number.
+constexpr double kUsualTilt = std::numbers::pi / 12;
+
+TextPlace searched_axis(double& max_tilt_rad) {
+  static constexpr std::array<const char*, 2> kNames = {"up", "auto"};
+  return {[&max_tilt_rad](const std::string& text) { max_tilt_rad = parse_choice("axis", text, kNames) == 0 ? 0 : kUsualTilt; },
+          [&max_tilt_rad] { return std::string(kNames[max_tilt_rad > 0 ? 1 : 0]); }};
+}
+
+TextPlace largest_tilt(double& max_tilt_rad) {
+  return {[&max_tilt_rad](const std::string& text) {
+            if (max_tilt_rad == 0) usage_error("--max-tilt belongs to --axis auto.");
+            const std::vector<double> degrees = parse_numbers("max-tilt", text);
+            if (degrees.size() != 1 || !(degrees[0] > 0 && degrees[0] <= 90))
+              usage_error("--max-tilt must lie between 0 and 90 degrees; it is " + text + ".");
+            max_tilt_rad = degrees[0] * std::numbers::pi / 180;
+          },
+          [&max_tilt_rad] { return shown(max_tilt_rad * 180 / std::numbers::pi); }};
+}
+
+/// Some of the ten numbers, from `first` on.
+TextPlace wanted_numbers(const char* name, InertialTargets& wanted, MomentIndex first, std::size_t most, const char* takes) {
+  return {[=, &wanted](const std::string& text) {
+            const auto numbers = parse_open_numbers(name, text);
+            if (numbers.size() != 3 && numbers.size() != most)
+              usage_error(std::string("--") + name + " takes " + takes + ", with - where it is free; it is '" + text + "'.");
+            std::copy(numbers.begin(), numbers.end(), wanted.begin() + first);
+          },
+          [=, &wanted] {
+            std::string text;
+            bool any = false;
+            for (std::size_t k = 0; k < most; ++k) {
+              const std::optional<double>& number = wanted[first + k];
+              any = any || number;
+              text += (k > 0 ? "," : "") + (number ? shown(*number, 9) : "-");
+            }
+            return any ? text : "free";
+          }};
+}
+
+TextPlace order_of_wishes(std::vector<InertialWish>& order) {
+  return {[&order](const std::string& text) {
+            order.clear();
+            for (const std::string& part : parts_of(text)) {
+              InertialWish wish;
+              wish.largest = part.rfind('-', 0) == 0;
+              const std::string name = part.substr(wish.largest ? 1 : 0);
+              int k = M1;
+              while (k <= MXZ && name != inertial_name(static_cast<MomentIndex>(k))) ++k;
+              if (k > MXZ)
+                usage_error(
+                    "--minimise takes a list of mass, com_x, com_y, com_z, ixx, iyy, izz, ixy, iyz and ixz, with - before "
+                    "what shall be largest; it has '" +
+                    part + "'.");
+              wish.number = static_cast<MomentIndex>(k);
+              order.push_back(wish);
+            }
+          },
+          [&order] {
+            std::string text;
+            for (const InertialWish& wish : order)
+              text += (text.empty() ? "" : ",") + std::string(wish.largest ? "-" : "") + inertial_name(wish.number);
+            return text.empty() ? "mass" : text;
+          }};
+}
+
+Setting up_row(Eigen::Vector3d& up) {
+  return {.name = "up",
+          .value = "DIR",
+          .words = "what points up: x, y, z, -x, -y, -z or X,Y,Z",
+          .details = "",
+          .place = direction_place("up", up)};
+}
+
+void check_up(const Eigen::Vector3d& up) {
+  if (!up.allFinite() || !(up.norm() > 0)) usage_error("The up direction must be a vector that is not zero.");
+}
+
+template <typename Spec>
+void check_rows(const Spec& spec, For purpose) {
+  Spec copy = spec;
+  check(settings(copy, purpose));
+  check(settings(copy.print, purpose));
+  check_up(spec.up);
+}
+
+void require_centre_for(MomentIndex number, const InertialTargets& targets) {
+  const std::string missing = missing_for(number, targets);
+  if (!missing.empty())
+    usage_error(std::string("Inertia targets need the centre of mass: ") + inertial_name(number) +
+                " is about the centre of mass and can be met only with its coordinates " + missing + " given (--com).");
+}
+
+void check_inertia(const InertialTargets& targets) {
+  const auto wanted = [&targets](MomentIndex number) { return targets[static_cast<std::size_t>(number)]; };
+  if (!wanted(MXX) || !wanted(MYY) || !wanted(MZZ)) return;
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
+  inertia.diagonal() << *wanted(MXX), *wanted(MYY), *wanted(MZZ);
+  // The diagonal alone must keep the rule, and so must all six together.
+  bool physical = is_physical(inertia);
+  if (wanted(MXY) && wanted(MYZ) && wanted(MXZ)) {
+    inertia(0, 1) = inertia(1, 0) = *wanted(MXY);
+    inertia(1, 2) = inertia(2, 1) = *wanted(MYZ);
+    inertia(0, 2) = inertia(2, 0) = *wanted(MXZ);
+    physical = physical && is_physical(inertia);
+  }
+  if (!physical)
+    usage_error(
+        "No body has this inertia: the tensor must be positive definite and no moment larger than the sum of the other two.");
+}
+
+}  // namespace
+
+Settings settings(Print& print, For purpose) {
+  const TextPlace by_name = {[&print](const std::string& name) { print.density_g_cm3 = material(name).density_g_cm3; },
+                             [&print] { return shown(print.density_g_cm3); }};
+  return {
+      {.name = "density",
+       .value = "G_CM3",
+       .words = "density of the print (default 1.24, PLA)",
+       .details = "",
+       .place = &print.density_g_cm3,
+       .range = Range::positive(),
+       .also = "material"},
+      {.name = "material",
+       .value = "NAME",
+       .words = "or of: " + material_names(),
+       .details = "The data sheet of the spool or bottle is better. Sources: docs/conventions.md.",
+       .place = by_name,
+       .also = "density"},
+      {.name = "wall",
+       .value = "MM",
+       .words = "smallest wall thickness",
+       .details =
+           "Smallest distance between cavity and outer surface. It is kept, and judged, at the cavity's vertices; the middle of a "
+           "triangle can be nearer by a few percent along reentrant creases.",
+       .place = &print.wall_mm,
+       .range = purpose == For::judging ? Range{.lo = 0, .open = false} : Range::positive()},
+  };
+}
+
+Settings settings(FloatSpec& spec, For purpose) {
+  return asked_for(
+      {up_row(spec.up),
+       {.name = "fluid",
+        .value = "G_CM3",
+        .words = "density of the fluid",
+        .details = "",
+        .place = &spec.fluid_g_cm3,
+        .range = Range::positive()},
+       {.name = "waterline",
+        .value = "MM",
+        .words = "height of the waterline above the lowest point",
+        .details =
+            "With neither this nor --submerged, float searches the waterline of largest metacentric height among those that can "
+            "be met (at least 5 % of the volume stay dry), and verify judges the mesh where it displaces its own mass.",
+        .place = &spec.waterline_mm,
+        .range = Range::positive(),
+        .also = "submerged"},
+       {.name = "submerged",
+        .value = "FRACTION",
+        .words = "or the fraction of the height under water, 0 to 1",
+        .details = "",
+        .place = &spec.submerged_fraction,
+        .range = {.lo = 0, .hi = 1},
+        .also = "waterline"}},
+      purpose);
+}
+
+Settings settings(SpinSpec& spec, For purpose) {
+  static constexpr std::array<const char*, 2> kObjectives = {"rayreps", "spinit"};
+  const Range weight = {.lo = 0, .open = false};
+  return asked_for(
+      {up_row(spec.up),
+       {.name = "point",
+        .value = "P",
+        .words = "contact: lowest, com (below the solid's), auto, X,Y (leaves MESH below there), X,Y,Z",
+        .details =
+            "Where the tip touches the ground. lowest: the lowest point, the middle of all points at that height. com: below the "
+            "solid's centre of mass, where the vertical through it leaves the mesh. auto: searched, the one about which it "
+            "spins best. X,Y: where that vertical leaves the mesh below (up must be z or -z). In the numbers of the file after "
+            "--unit and --size. For verify the solid is the --original if there is one, and else the mesh with its sealed "
+            "cavities filled: the same options lead to the same contact point as when the mesh was made.",
+        .place = TextPlace{[&spec](const std::string& text) { parse_axis(text, spec.axis); },
+                           [&spec] { return spec.yoyo ? "yo-yo" : shown_axis(spec.axis); }}},
+       {.name = "yoyo",
+        .value = "",
+        .words = "a yo-yo: no tip, the centre of mass at --center",
+        .details = "No tip and no gravity. For verify it is a --goal.",
+        .place = &spec.yoyo,
+        .applies = For::making},
+       {.name = "center",
+        .value = "X,Y,Z",
+        .words = "of a yo-yo (default: middle of the bounding box)",
+        .details = "",
+        .place = point_place("center", spec.centre_mm, "auto")},
+       {.name = "prefer",
+        .value = "AXIS",
+        .words = "largest or smallest principal moment",
+        .details = "Which principal moment the axis shall have. A middle axis always fails.",
+        .place = preferred_axis(spec.prefer)},
+       {.name = "objective",
+        .value = "NAME",
+        .words = "rayreps (Wu 2016) or spinit (Baecher 2014)",
+        .details =
+            "rayreps: weights --lambda and --gamma-i. spinit: weights --gamma-c and --gamma-i. For a yo-yo only --gamma-i counts.",
+        .place = choice("objective", spec.objective, kObjectives),
+        .applies = For::making},
+       {.name = "lambda",
+        .value = "W",
+        .words = "rayreps: weight of the centre of mass's height",
+        .details = "",
+        .place = &spec.lambda,
+        .range = weight,
+        .applies = For::making},
+       {.name = "gamma-c",
+        .value = "W",
+        .words = "spinit: weight of its static moment squared",
+        .details = "",
+        .place = &spec.gamma_c,
+        .range = weight,
+        .applies = For::making},
+       {.name = "gamma-i",
+        .value = "W",
+        .words = "weight of the inertia ratio",
+        .details = "Of the lateral moments of inertia to the axial one.",
+        .place = &spec.gamma_i,
+        .range = weight,
+        .applies = For::making},
+       {.name = "axis",
+        .value = "A",
+        .words = "up, or auto: searched within --max-tilt of it",
+        .details =
+            "auto: the direction about which it spins best is searched on one set of rays; the contact point follows by --point.",
+        .place = searched_axis(spec.max_tilt_rad),
+        .applies = For::making},
+       {.name = "max-tilt",
+        .value = "DEG",
+        .words = "for --axis auto (default 15)",
+        .details = "",
+        .place = largest_tilt(spec.max_tilt_rad),
+        .applies = For::making},
+       {.name = "certify",
+        .value = "",
+        .words = "search for the global optimum and prove it",
+        .details =
+            "Branch and bound over the height of the centre of mass proves that no interior on these rays, whatever its form, is "
+            "better by more than 1/10000. For the largest axis with --objective rayreps, and for yo-yos.",
+        .place = &spec.certify,
+        .applies = For::making}},
+      purpose);
+}
+
+Settings settings(StandSpec& spec, For purpose) {
+  static constexpr std::array<const char*, 2> kObjectives = {"lowest", "tip-angle"};
+  return asked_for(
+      {up_row(spec.up),
+       {.name = "target",
+        .value = "X,Y,Z",
+        .words = "where the centre of mass shall be, seen from above",
+        .details =
+            "Above which point of the ground; only its place seen from above counts. Default: the safest point, the centre of the "
+            "largest circle in the support polygon; for verify none: its place is then judged by the tipping angle alone.",
+        .place = point_place("target", spec.target_mm, purpose == For::judging ? "none" : "auto")},
+       {.name = "objective",
+        .value = "NAME",
+        .words = "lowest centre of mass, or tip-angle: largest smallest tipping angle",
+        .details =
+            "lowest: the lowest centre of mass above the target. tip-angle: the target is moved to where the smallest tipping "
+            "angle is largest.",
+        .place = choice("objective", spec.objective, kObjectives),
+        .applies = For::making},
+       {.name = "contact",
+        .value = "MM",
+        .words = "height that still counts as touching the ground",
+        .details =
+            "What lies no more than this above the lowest point touches the ground. Default: 0.01 mm or 1/10000 of the height, "
+            "whichever is more.",
+        .place = &spec.contact_tolerance_mm,
+        .range = Range::positive()}},
+      purpose);
+}
+
+Settings settings(TargetSpec& spec, For purpose) {
+  return asked_for(
+      {up_row(spec.up),
+       {.name = "mass",
+        .value = "G",
+        .words = "wanted mass",
+        .details = "",
+        .place = &spec.wanted[M1],
+        .range = Range::positive(),
+        .unset = "free"},
+       {.name = "com",
+        .value = "X,Y,Z",
+        .words = "wanted centre of mass, mm; 0,0,- leaves z free",
+        .details = "In the numbers of the file after --unit and --size; - for a coordinate that is free.",
+        .place = wanted_numbers("com", spec.wanted, MX, 3, "X,Y,Z")},
+       {.name = "inertia",
+        .value = "I",
+        .words = "Ixx,Iyy,Izz[,Ixy,Iyz,Ixz] about it, g mm2; - free",
+        .details =
+            "In the axes of the mesh. The last three are the negative products of inertia, as in URDF and MJCF. The coordinates "
+            "of the centre of mass that an entry depends on must be given: y and z for Ixx, x or y for Ixy, and so on.",
+        .place = wanted_numbers("inertia", spec.wanted, MXX, 6, "Ixx,Iyy,Izz or Ixx,Iyy,Izz,Ixy,Iyz,Ixz")},
+       {.name = "minimise",
+        .value = "ORDER",
+        .words = "the rest: of mass com_x com_y com_z ixx ... ixz, the first first; -ixx: largest",
+        .details =
+            "What is minimised while the wanted numbers are met, with - before what shall be largest. What is given already is "
+            "skipped; height and the sum of the moments of inertia come after the order. What comes second and third counts "
+            "1/100 and 1/10000 (more where the solver needs it), which costs the first a little: the summary tells the best that "
+            "is possible beside it. With all ten numbers given nothing is left to minimise: then the wall is made as thick as "
+            "they allow.",
+        .place = order_of_wishes(spec.order),
+        .applies = For::making}},
+      purpose);
+}
+
+void check(const FloatSpec& spec, For purpose) {
+  check_rows(spec, purpose);
+  if (spec.waterline_mm && spec.submerged_fraction) usage_error("Give either --waterline or --submerged, not both.");
+}
+
+void check(const SpinSpec& spec, For purpose) {
+  check_rows(spec, purpose);
+  if (spec.yoyo && spec.axis.through != SpinAxis::Through::lowest_point)
+    usage_error("--point belongs to tops; a yo-yo has a --center.");
+  if (!spec.yoyo && spec.centre_mm) usage_error("--center belongs to --yoyo; a top has a --point.");
+  if (spec.axis.leaves_below && std::abs(spec.up.normalized().z()) < 1 - 1e-12)
+    usage_error("--point X,Y needs the up direction z or -z; give X,Y,Z.");
+  if (!spec.axis.point_mm.allFinite() || (spec.centre_mm && !spec.centre_mm->allFinite()))
+    usage_error("The contact point and the centre must be finite.");
+  if (spec.prefer == AxisClass::middle) usage_error("--prefer is largest or smallest: a body tumbles about its middle axis.");
+  if (purpose == For::judging) {
+    if (spec.axis.through == SpinAxis::Through::best)
+      usage_error("--point auto searches; to verify, give the point that was found.");
+    return;
+  }
+  if (!(spec.max_tilt_rad >= 0 && spec.max_tilt_rad <= std::numbers::pi / 2))
+    usage_error("The axis can be searched within 0 to 90 degrees of the up direction.");
+  if (spec.certify && (spec.prefer != AxisClass::largest || (spec.objective == SpinSpec::Objective::spinit && !spec.yoyo)))
+    usage_error("--certify proves optima for --prefer largest and --objective rayreps, and of yo-yos.");
+}
+
+void check(const StandSpec& spec, For purpose) {
+  check_rows(spec, purpose);
+  if (spec.target_mm && !spec.target_mm->allFinite()) usage_error("The target must be finite.");
+}
+
+void check(const TargetSpec& spec, For purpose) {
+  check_rows(spec, purpose);
+  if (std::none_of(spec.wanted.begin(), spec.wanted.end(), [](const auto& w) { return w.has_value(); }))
+    usage_error("Say which numbers are wanted: --mass, --com or --inertia.");
+  for (int k = M1; k <= MXZ; ++k) {
+    const auto number = static_cast<MomentIndex>(k);
+    const std::optional<double>& wanted = spec.wanted[static_cast<std::size_t>(k)];
+    if (!wanted) continue;
+    if (!std::isfinite(*wanted)) usage_error(std::string("The wanted ") + inertial_name(number) + " must be finite.");
+    if ((number == M1 || (number >= MXX && number <= MZZ)) && !(*wanted > 0))
+      usage_error(std::string("The wanted ") + inertial_name(number) + " must be positive; it is " + shown(*wanted) + ".");
+    if (purpose != For::judging) require_centre_for(number, spec.wanted);
+  }
+  if (purpose == For::judging) return;
+  check_inertia(spec.wanted);
+  for (const InertialWish& wish : spec.order) {
+    if (wish.number >= MX && wish.number <= MZ && !spec.wanted[M1])
+      usage_error(std::string("To minimise ") + inertial_name(wish.number) +
+                  " the mass must be given (--mass): a ratio of two free numbers is not linear.");
+    require_centre_for(wish.number, spec.wanted);
+  }
+}
+
+const Print& print_of(const Spec& spec) {
+  return std::visit([](const auto& s) -> const Print& { return s.print; }, spec);
+}
+
+const Eigen::Vector3d& up_of(const Spec& spec) {
+  return std::visit([](const auto& s) -> const Eigen::Vector3d& { return s.up; }, spec);
+}
+
+}  // namespace rayrep

@@ -1,0 +1,195 @@
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "rayrep/report/report.h"
+
+namespace rayrep {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json vector(const Eigen::Ref<const Eigen::VectorXd>& v) {
+  Json array = Json::array();
+  for (Eigen::Index n = 0; n < v.size(); ++n) array.push_back(number(v[n]));
+  return array;
+}
+
+Json matrix(const Eigen::Matrix3d& m) {
+  Json rows = Json::array();
+  for (Eigen::Index n = 0; n < 3; ++n) rows.push_back(vector(m.row(n).transpose()));
+  return rows;
+}
+
+/// A figure's value, whatever it is.
+struct Value {
+  Json operator()(std::monostate) const { return nullptr; }
+  Json operator()(double value) const { return number(value); }
+  Json operator()(bool value) const { return value; }
+  Json operator()(const std::string& text) const { return text; }
+  Json operator()(const Record& record) const {
+    Json json = Json::object();
+    for (const auto& [name, value] : record) json[name] = std::visit(*this, value);
+    return json;
+  }
+  template <typename T>
+  Json operator()(const std::vector<T>& values) const {
+    Json array = Json::array();
+    for (const T& value : values) array.push_back((*this)(value));
+    return array;
+  }
+};
+
+void add(const Figures& figures, Json& json) {
+  for (const Figure& figure : figures) json[figure.name] = std::visit(Value{}, figure.value);
+}
+
+Json defect(const Defect& d) {
+  Json json = {{"count", d.count}};
+  if (d) json["first_mm"] = vector(d.first_mm);
+  return json;
+}
+
+Json input_json(const InputSummary& input) {
+  const MeshReport& check = input.check;
+  Json json = {
+      {"path", input.path},
+      {"format", input.format},
+      {"mm_per_unit", input.mm_per_unit},
+      {"scale", input.scale},
+      {"size_mm", vector(input.size_mm)},
+      {"vertices", input.vertices},
+      {"triangles", input.triangles},
+      {"components", check.components},
+      {"nested_components", check.nested_components},
+      {"cavities", check.cavities},
+      {"vertices_merged", check.vertices_merged},
+      {"components_turned", check.components_turned},
+      {"triangles_turned", check.triangles_turned},
+      {"usable", check.usable},
+      {"defects",
+       {{"not_finite", defect(check.not_finite)},
+        {"degenerate", defect(check.degenerate)},
+        {"duplicate", defect(check.duplicate)},
+        {"open_edges", defect(check.open_edges)},
+        {"non_manifold_edges", defect(check.non_manifold_edges)},
+        {"misoriented_edges", defect(check.misoriented_edges)},
+        {"unbalanced_edges", defect(check.unbalanced_edges)},
+        {"self_intersections", defect(check.self_intersections)}}},
+  };
+  if (!check.usable) json["refusal"] = check.refusal;
+  Json notes = Json::array();
+  for (const std::string& note : input.notes) notes.push_back(note);
+  for (const std::string& note : check.notes) notes.push_back(note);
+  json["notes"] = notes;
+  return json;
+}
+
+Json mass_json(const MassProperties& mass) {
+  return {
+      {"volume_mm3", number(mass.volume_mm3)},
+      {"mass_g", number(mass.mass_g)},
+      {"centre_of_mass_mm", vector(mass.centre_of_mass_mm)},
+      {"inertia_g_mm2", matrix(mass.inertia_g_mm2)},
+      {"principal_moments_g_mm2", vector(mass.principal_moments_g_mm2)},
+      {"principal_axes", matrix(mass.principal_axes.transpose())},
+  };
+}
+
+double seconds_of(const RunReport& report, const std::string& stage) {
+  for (const auto& [name, seconds] : report.timings_s)
+    if (name == stage) return seconds;
+  return 0;
+}
+
+Json criteria_json(const Verdict& verdict) {
+  Json criteria = Json::array();
+  for (const Criterion& c : verdict.criteria)
+    criteria.push_back({{"name", c.name},
+                        {"description", c.description},
+                        {"value", number(c.value)},
+                        {"limit", number(c.limit)},
+                        {"kind", c.kind == Criterion::Kind::at_most ? "at_most" : "at_least"},
+                        {"pass", c.pass()}});
+  return criteria;
+}
+
+void add_solver(const RunReport& report, Json& json) {
+  const HollowResult& hollow = *report.hollow;
+  json["solver"] = {{"name", hollow.solve.solver},
+                    {"status", kSolveStatusNames[static_cast<std::size_t>(hollow.solve.status)]},
+                    {"solver_status", hollow.solve.solver_status},
+                    {"iterations", hollow.solver_iterations},
+                    {"variables", hollow.solve.variables},
+                    {"objective", number(hollow.solve.objective)},
+                    {"constraint_violation", number(hollow.solve.constraint_violation)},
+                    {"passes", hollow.passes},
+                    {"as_built_error", number(hollow.as_built_error)},
+                    {"seconds", seconds_of(report, "solve")}};
+  add(hollow.proof_figures, json["solver"]);
+  json["model"] = {
+      {"ray_spacing_mm", hollow.ray_spacing_mm},
+      {"field_spacing_mm", hollow.field_spacing_mm},
+      {"rays_cast", hollow.cast.rays},
+      {"rays_recast", hollow.cast.recast},
+      {"rays_bad", hollow.cast.bad},
+      {"dropped_components", hollow.dropped_components},
+      {"filled_cavities", hollow.filled_cavities},
+      {"filled_mm3", hollow.filled_mm3},
+      {"removed_islands", hollow.removed_islands},
+      {"quadric", vector(hollow.q)},
+      {"quadric_frame",
+       {{"rotation", matrix(hollow.to_working.linear())}, {"translation_mm", vector(hollow.to_working.translation())}}}};
+}
+
+}  // namespace
+
+std::string to_json(const RunReport& report) {
+  const Verdict& verdict = report.after;
+  Json json;
+  json["schema"] = 1;
+  json["version"] = version();
+  json["command"] = report.command;
+  json["pass"] = verdict.pass();
+  json["input"] = input_json(report.input);
+  if (!report.output.empty()) json["output"] = {{"path", report.output}, {"triangles", report.delivered_triangles}};
+  json["options"] = Json::object();
+  for (const auto& [name, value] : report.options) json["options"][name] = value;
+  json["goal"] = {{"name", verdict.goal}};
+  add(verdict.wanted, json["goal"]);
+  json["before"] = Json::object();
+  add(report.hollow ? report.before : verdict.figures, json["before"]);
+  json["after"] = Json::object();
+  add(verdict.figures, json["after"]);
+  json["after"]["cavities"] = verdict.cavities;
+  json["after"]["solid_islands"] = verdict.solid_islands;
+  json["after"]["smallest_wall_mm"] = number(verdict.smallest_wall_mm);
+  json["inertial"] = is_physical(verdict.body.inertia_g_mm2)
+                         ? Json{{"urdf", urdf_inertial(verdict.body)}, {"mjcf", mjcf_inertial(verdict.body)}}
+                         : Json(nullptr);
+  json["criteria"] = criteria_json(verdict);
+  json["notes"] = verdict.notes;
+  if (report.hollow) add_solver(report, json);
+  json["timings_s"] = Json::object();
+  for (const auto& [stage, seconds] : report.timings_s) json["timings_s"][stage] = seconds;
+  json["peak_memory_mb"] = report.peak_memory_mb;
+  return json.dump(2) + "\n";
+}
+
+std::string to_json(const Inspection& inspection) {
+  Json json;
+  json["schema"] = 1;
+  json["version"] = version();
+  json["command"] = "inspect";
+  json["input"] = input_json(inspection.input);
+  json["density_g_cm3"] = inspection.density_g_cm3;
+  json["area_mm2"] = number(inspection.area_mm2);
+  json["mass_properties"] = inspection.mass ? mass_json(*inspection.mass) : Json(nullptr);
+  return json.dump(2) + "\n";
+}
+
+std::string version() { return RAYREP_VERSION; }
+
+}  // namespace rayrep

@@ -1,0 +1,183 @@
+#include <fmt/printf.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "rayrep/report/report.h"
+
+namespace rayrep {
+namespace {
+
+/// printf's patterns in no locale.
+template <typename... Arguments>
+std::string format(const char* pattern, const Arguments&... arguments) {
+  return fmt::sprintf(pattern, arguments...);
+}
+
+double degrees(double rad) { return rad * 180 / std::numbers::pi; }
+
+/// A value for people: few digits, and words for what has no number.
+std::string value_text(const Criterion& c, double value) {
+  if (!std::isfinite(value)) return "-";
+  if (c.name == "settled_tilt") return format("%.3f deg", degrees(value));
+  if (c.name == "wall" || c.name == "metacentric_height") return format("%.3f", value);
+  if (value == std::round(value) && std::abs(value) < 1e6) return format("%.0f", value);
+  return format("%.2e", value);
+}
+
+std::string input_text(const InputSummary& input) {
+  std::string text =
+      format("%s: %s, %.4g x %.4g x %.4g mm, %zu triangles, %zu component%s\n", input.path, input.format, input.size_mm.x(),
+             input.size_mm.y(), input.size_mm.z(), input.triangles, input.check.components, input.check.components == 1 ? "" : "s");
+  for (const std::string& note : input.notes) text += "  note: " + note + "\n";
+  for (const std::string& note : input.check.notes) text += "  note: " + note + "\n";
+  const double longest = input.size_mm.maxCoeff();
+  if (input.check.usable && (longest < 1 || longest > 2000))
+    text += format("  note: the longest side is %g mm; if that is not meant, see --unit and --size\n", longest);
+  return text;
+}
+
+/// A figure as a table shows it.
+std::string cell(const Figure& figure, double value) {
+  if (!std::isfinite(value)) return figure.none;
+  if (figure.unit == Unit::rad) value = degrees(value);
+  return figure.significant ? format("%.*g", figure.digits, value) : format("%.*f", figure.digits, value);
+}
+
+std::string cell(const Figure& figure) {
+  if (const double* value = std::get_if<double>(&figure.value)) return cell(figure, *value);
+  if (const std::string* text = std::get_if<std::string>(&figure.value)) return *text;
+  return figure.none;
+}
+
+const char* unit_words(Unit unit) {
+  static constexpr const char* kWords[] = {"",    ", mm",    ", mm2",   ", mm3",     ", mm4",
+                                           ", g", ", g/cm3", ", g mm2", ", degrees", ", rpm"};
+  return kWords[static_cast<std::size_t>(unit)];
+}
+
+/// The figures of a body, beside those of the solid it was made from when there is one: a table, then what has a line of its own.
+class Table {
+public:
+  explicit Table(bool with_before) : with_before_(with_before) {
+    if (with_before_) row("", "before (solid)", "after");
+  }
+
+  void add(const Figure* before, const Figure& after) {
+    if (after.words.empty()) return;
+    if (after.unit == Unit::rpm)
+      add_lines(before, after);
+    else if (const auto* list = std::get_if<std::vector<double>>(&after.value))
+      add_list(before, after, *list);
+    else
+      row(after.words + unit_words(after.unit), before ? cell(*before) : "", cell(after));
+  }
+
+  std::string text() const { return table_ + lines_ + "\n"; }
+
+private:
+  void row(const std::string& name, const std::string& before, const std::string& after) {
+    table_ += with_before_ ? format("  %-44s %14s %14s\n", name, before, after) : format("  %-44s %14s\n", name, after);
+  }
+  void add_lines(const Figure* before, const Figure& after) {
+    if (before) lines_ += "  " + after.words + " before" + unit_words(after.unit) + ": " + cell(*before) + "\n";
+    lines_ += "  " + after.words + (before ? " after" : "") + unit_words(after.unit) + ": " + cell(after) + "\n";
+  }
+  /// One row an entry, where both have as many and they are few. A report lists all of them.
+  void add_list(const Figure* before, const Figure& after, const std::vector<double>& list) {
+    constexpr std::size_t few = 12;
+    const auto* other = before ? std::get_if<std::vector<double>>(&before->value) : &list;
+    if (!other || other->size() != list.size() || list.size() > few) return;
+    for (std::size_t n = 0; n < list.size(); ++n)
+      row(after.words + " " + std::to_string(n + 1), cell(after, (*other)[n]), cell(after, list[n]));
+  }
+
+  bool with_before_;
+  std::string table_;
+  std::string lines_;
+};
+
+std::string figures_text(const Figures* before, const Figures& after) {
+  Table table(before != nullptr);
+  for (std::size_t n = 0; n < after.size(); ++n) table.add(before ? &(*before)[n] : nullptr, after[n]);
+  return table.text();
+}
+
+/// Verdict per criterion, and notes.
+std::string criteria_text(const Verdict& verdict) {
+  std::string text;
+  for (const Criterion& c : verdict.criteria)
+    text += format("  %-6s %-58s %12s  (%s %s)\n", c.pass() ? "ok" : "FAILED", c.description, value_text(c, c.value),
+                   c.kind == Criterion::Kind::at_most ? "at most" : "at least", value_text(c, c.limit));
+  for (const std::string& note : verdict.notes) text += "  note: " + note + "\n";
+  return text;
+}
+
+/// How the inside came about.
+std::string solver_text(const HollowResult& hollow) {
+  std::string text;
+  if (hollow.cast.bad > 0)
+    text += format("  note: %zu of %zu rays did not close and were left solid\n", hollow.cast.bad, hollow.cast.rays);
+  if (hollow.filled_cavities > 0)
+    text += format("  note: cavities too small to print, %zu with %.2g mm3 in all, were filled; the rest makes up for it\n",
+                   hollow.filled_cavities, hollow.filled_mm3);
+  text += format("\n%zu cavit%s; %s: %s, %ld variables, %d iterations in %d pass%s\n", hollow.cavities,
+                 hollow.cavities == 1 ? "y" : "ies", hollow.solve.solver, hollow.solve.solver_status, hollow.solve.variables,
+                 hollow.solver_iterations, hollow.passes, hollow.passes == 1 ? "" : "es");
+  return text;
+}
+
+}  // namespace
+
+std::string to_text(const RunReport& report, bool verbose) {
+  const Verdict& verdict = report.after;
+  std::string text = input_text(report.input) + verdict.headline + "\n\n";
+  text += figures_text(report.hollow ? &report.before : nullptr, verdict.figures) + criteria_text(verdict);
+  if (report.hollow) text += solver_text(*report.hollow);
+  if (verbose) {
+    text += "\n";
+    for (const auto& [stage, seconds] : report.timings_s) text += format("  %-10s %8.3f s\n", stage, seconds);
+    text += format("  %-10s %8.1f MB\n", "memory", report.peak_memory_mb);
+  }
+  if (report.hollow)
+    for (const std::string& sentence : report.hollow->proof) text += sentence + "\n";
+  return text;
+}
+
+std::string to_text(const Inspection& inspection) {
+  const InputSummary& input = inspection.input;
+  const MassProperties* mass = inspection.mass;
+  std::string text = input_text(input);
+  const MeshReport& check = input.check;
+  const auto defect = [&text](const char* name, const Defect& d) {
+    if (d) text += format("  %-34s %9zu   first at (%g, %g, %g)\n", name, d.count, d.first_mm.x(), d.first_mm.y(), d.first_mm.z());
+  };
+  defect("coordinates that are not numbers", check.not_finite);
+  defect("degenerate triangles (dropped)", check.degenerate);
+  defect("duplicate triangles", check.duplicate);
+  defect("open edges", check.open_edges);
+  defect("non-manifold edges", check.non_manifold_edges);
+  defect("mis-oriented edges", check.misoriented_edges);
+  defect("edges where the surface is not closed", check.unbalanced_edges);
+  defect("self-intersecting pairs", check.self_intersections);
+  if (check.nested_components > 0)
+    text += format("  components inside another: %zu, of which cavities: %zu\n", check.nested_components, check.cavities);
+  if (!mass) return text;
+  text += format("\n  volume               %14.7g cm3\n", mass->volume_mm3 / 1000);
+  text += format("  surface area         %14.7g cm2\n", inspection.area_mm2 / 100);
+  text += format("  mass                 %14.7g g          (density %g g/cm3)\n", mass->mass_g, inspection.density_g_cm3);
+  const Eigen::Vector3d& c = mass->centre_of_mass_mm;
+  text += format("  centre of mass       %14.7g %14.7g %14.7g mm\n", c.x(), c.y(), c.z());
+  text += "  inertia tensor about the centre of mass, g mm2 (off-diagonals: negative products of inertia)\n";
+  for (int n = 0; n < 3; ++n)
+    text += format("                       %14.6g %14.6g %14.6g\n", mass->inertia_g_mm2(n, 0), mass->inertia_g_mm2(n, 1),
+                   mass->inertia_g_mm2(n, 2));
+  text += "  principal moments, g mm2, and axes\n";
+  for (int n = 0; n < 3; ++n)
+    text += format("  %20.6g  (%9.6f, %9.6f, %9.6f)\n", mass->principal_moments_g_mm2[n], mass->principal_axes(0, n),
+                   mass->principal_axes(1, n), mass->principal_axes(2, n));
+  return text;
+}
+
+}  // namespace rayrep

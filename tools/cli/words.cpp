@@ -1,0 +1,250 @@
+// Help, man page and completion, from the rows of the options.
+
+#include <algorithm>
+#include <set>
+
+#include "options.h"
+#include "rayrep/report/report.h"
+
+namespace rayrep::tool {
+namespace {
+
+constexpr std::size_t kWidth = 100;
+
+/// "-o [ --output ] FILE (=x)"
+std::string option_words(const Setting& s, const std::string& usual) {
+  const auto comma = s.name.find(',');
+  std::string text =
+      comma == std::string::npos ? "--" + s.name : "-" + s.name.substr(comma + 1) + " [ --" + s.name.substr(0, comma) + " ]";
+  if (!s.value.empty()) text += " " + s.value;
+  return text + usual;
+}
+
+/// The usual value, where it says something.
+std::string usual_value(const Setting& s) {
+  static const std::set<std::string> kToldInWords = {"density", "material", "threads", "max-tilt", "goal"};
+  if (s.value.empty() || kToldInWords.contains(s.name) || std::holds_alternative<std::optional<double>*>(s.place)) return "";
+  const std::string value = shown(s);
+  return value == "none" || value == "auto" || value == "free" ? "" : " (=" + value + ")";
+}
+
+/// Words from column `column` on, broken before the width of a terminal.
+std::string wrapped(const std::string& text, std::size_t column) {
+  std::string out;
+  std::size_t at = column;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find(' ', begin), text.size());
+    if (at > column && at + (end - begin) > kWidth) {
+      out += "\n" + std::string(column, ' ');
+      at = column;
+    }
+    out += text.substr(begin, end - begin) + (end < text.size() ? " " : "");
+    at += end - begin + 1;
+    begin = end + 1;
+  }
+  return out;
+}
+
+/// Groups with live options behind them: of verify those of every goal, each option once.
+class Everything {
+public:
+  explicit Everything(const Syntax& syntax) {
+    const bool all = syntax.command == Command::verify;
+    const std::vector<Options> every = all ? defaults_of_all_goals(syntax) : std::vector{defaults_of(syntax)};
+    options_.reserve(every.size());
+    std::set<std::string> names;
+    for (const Options& one : every) {
+      options_.push_back(one);
+      for (Group& group : groups_of(syntax, options_.back())) {
+        std::erase_if(group.settings, [&names](const Setting& s) { return !names.insert(s.name).second; });
+        if (!group.settings.empty()) groups.push_back(std::move(group));
+      }
+    }
+    std::stable_partition(groups.begin(), groups.end(), [](const Group& group) { return group.heading != "Files"; });
+  }
+  Everything(const Everything&) = delete;
+  Everything& operator=(const Everything&) = delete;
+
+  std::vector<Group> groups;
+
+private:
+  std::vector<Options> options_;
+};
+
+std::string roff(const std::string& text) {
+  std::string out;
+  for (const char c : text) out += c == '-' ? "\\-" : c == '\\' ? "\\\\" : std::string(1, c);
+  return out;
+}
+
+std::string man_options(const Syntax& syntax) {
+  std::string text;
+  const Everything everything(syntax);
+  for (const Group& group : everything.groups) {
+    text += ".SS rayrep " + syntax.word + ": " + roff(group.heading) + "\n";
+    for (const Setting& s : group.settings) {
+      text += ".TP\n.B " + roff(option_words(s, usual_value(s))) + "\n";
+      std::string words = s.words;
+      words[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(words[0])));
+      text += roff(words) + ".\n";
+      if (!s.details.empty()) text += roff(s.details) + "\n";
+    }
+  }
+  return text;
+}
+
+constexpr const char* kDescription = R"(.SH DESCRIPTION
+The output of a command that hollows is the untouched outer surface and closed, inward\-facing cavity shells, in the input's own
+coordinates, to be printed solid. It is re\-read from disk and judged before it gets its name.
+.PP
+.B float
+weighs what it displaces, its centre of mass on one vertical with its centre of buoyancy and as low as possible.
+.B spin
+brings the centre of mass onto the spin axis and makes that a principal axis, of the largest moment of inertia, and tells at which speeds
+the spin is stable, for a tip that slides and for one that is held by friction.
+.B stand
+brings the centre of mass above a point of the support polygon, as low as possible, and tells the tipping angle of each edge.
+.B target
+meets any of mass, centre of mass and inertia; what is free is made as small as it goes in a stated order. Goals that cannot be met are
+refused with the figures and with what would help.
+.PP
+.B verify
+judges any mesh by the checks that the other commands make on what they deliver. What it judges by must be the same as when the mesh was
+made:
+.B \-\-verbose
+prints the command line that judges an output again.
+.PP
+.I MESH
+is STL, OBJ, PLY, OFF or 3MF. It must be closed; what is wrong with one that is not is counted, located and said. Overlapping closed
+components are a union. Results go to standard output; progress and errors to standard error. Progress is shown on a terminal only.
+)";
+
+constexpr const char* kEnding = R"(.SH EXIT STATUS
+.TP
+.B 0
+Done; every criterion is met by the mesh that was written or judged.
+.TP
+.B 1
+A defect of rayrep, or out of memory.
+.TP
+.B 2
+The command line makes no sense.
+.TP
+.B 3
+The mesh cannot be read or used.
+.TP
+.B 4
+The goal cannot be met, or the judged mesh does not meet it, with the numbers that say why. No mesh is written.
+.TP
+.B 5
+The solver stopped before it converged.
+.TP
+.B 6
+An output cannot be written.
+.TP
+.B 130
+Interrupted.
+.SH EXAMPLES
+.TP
+.B rayrep float examples/duck.stl \-\-fluid 1.0
+A duck that floats in fresh water at the waterline where it is most stable.
+.TP
+.B rayrep float boat.obj \-\-up y \-\-size 80 \-\-material petg \-o boat.3mf
+A model whose up is y, 80 mm long, in PETG.
+.TP
+.B rayrep spin examples/bird.stl \-\-point com
+A top about the vertical through the solid's centre of mass.
+.TP
+.B rayrep spin examples/heart.stl \-\-yoyo \-\-up y
+A yo\-yo with its axis along y.
+.TP
+.B rayrep stand examples/teapot.stl \-\-objective tip\-angle
+A teapot that is hardest to tip over.
+.TP
+.B rayrep target part.stl \-\-mass 50 \-\-com 0,0,\- \-\-minimise com_z \-\-urdf part.urdf
+A part of 50 g with its centre of mass on the z axis, as low as it goes, and the text for a robot's description.
+.TP
+.B rayrep verify bird_spin.stl \-\-goal spin \-\-original examples/bird.stl
+Does this top spin on its lowest point, and is it the bird outside?
+.SH NOTES
+Print the result solid (100 % infill). A mesh with a cavity, printed at 15 % infill, has another mass. A 3MF output carries
+.B fill_density = 100%
+for PrusaSlicer, which overrides the profile there; other slicers and formats have to be told.
+.PP
+The print is taken to be uniform and of the given density. Slicers put down 0.5 to 1.5 % more than the mesh's volume.
+.PP
+A cavity is sealed and has no drain hole: in a resin or powder printer uncured material stays in it, and no account is taken of that.
+.SH SEE ALSO
+docs/conventions.md and docs/theory.md in the source.
+)";
+
+}  // namespace
+
+std::string overview() {
+  std::string text =
+      "rayrep computes the inside of a 3D shape so that its print floats upright, spins, stands or has\n"
+      "the mass, centre of mass and inertia that you want.\n\n";
+  for (const Syntax& syntax : commands()) {
+    const std::string call = "  rayrep " + syntax.word + " MESH";
+    text += call + std::string(24 - call.size(), ' ') + syntax.one_line + "\n";
+  }
+  return text +
+         "\n"
+         "  rayrep COMMAND --help lists the options of a command.\n"
+         "  rayrep --version; --man prints the man page (rayrep --man | man -l -); --completion that of bash.\n"
+         "\n"
+         "Reads STL, OBJ, PLY, OFF and 3MF; writes STL, OBJ, PLY and 3MF.\n"
+         "Exit codes: 0 done and verified, 2 usage, 3 input cannot be used, 4 goal cannot be\n"
+         "met, 5 solver stopped, 6 cannot write, 130 interrupted, 1 internal error.\n";
+}
+
+std::string help_text(const Syntax& syntax) {
+  std::string text = syntax.headline;
+  constexpr std::size_t column = 34;
+  const Everything everything(syntax);
+  for (const Group& group : everything.groups) {
+    // The goals that verify may judge by are told close together: its help fits a screen.
+    text += (group.heading.rfind("Goal ", 0) == 0 ? "" : "\n") + group.heading + ":\n";
+    for (const Setting& s : group.settings) {
+      std::string line = "  " + option_words(s, usual_value(s));
+      line += line.size() + 1 < column ? std::string(column - line.size(), ' ') : "\n" + std::string(column, ' ');
+      text += line + wrapped(s.words, column) + "\n";
+    }
+  }
+  return text;
+}
+
+std::string man_page() {
+  std::string text = ".TH RAYREP 1 2026 \"rayrep " + version() +
+                     "\" \"User Commands\"\n.SH NAME\nrayrep \\- hollow a mesh so that the printed object floats upright, spins, "
+                     "stands, or has a given "
+                     "mass and inertia\n.SH SYNOPSIS\n";
+  for (const Syntax& syntax : commands()) text += ".B rayrep " + syntax.word + "\n.I MESH\n.RI [ options ]\n.br\n";
+  text += kDescription;
+  text += ".SH OPTIONS\n";
+  for (const Syntax& syntax : commands()) text += man_options(syntax);
+  return text + kEnding;
+}
+
+std::string bash_completion() {
+  std::string words;
+  std::string cases;
+  for (const Syntax& syntax : commands()) {
+    words += " " + syntax.word;
+    std::set<std::string> names;
+    const Everything everything(syntax);
+    for (const Group& group : everything.groups)
+      for (const Setting& s : group.settings) names.insert("--" + s.name.substr(0, s.name.find(',')));
+    cases += "    " + syntax.word + ") words=\"";
+    for (const std::string& name : names) cases += name + " ";
+    cases.back() = '"';
+    cases += " ;;\n";
+  }
+  return "# eval \"$(rayrep --completion)\"\n_rayrep() {\n  local word=${COMP_WORDS[COMP_CWORD]} words=\n  if [ \"$COMP_CWORD\" "
+         "-eq 1 ]; then\n    words=\"" +
+         words.substr(1) + " --help --version\"\n  else case ${COMP_WORDS[1]} in\n" + cases +
+         "  esac; fi\n  case $word in\n    -*) ;;\n    *) [ \"$COMP_CWORD\" -eq 1 ] || words= ;;\n  esac\n"
+         "  mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$word\")\n}\ncomplete -o default -F _rayrep rayrep\n";
+}
+
+}  // namespace rayrep::tool
