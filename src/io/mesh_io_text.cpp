@@ -70,6 +70,11 @@ std::string lower_case(std::string_view text) {
   return result;
 }
 
+bool begins_with_word(std::string_view bytes, std::string_view word) {
+  return bytes.starts_with(word) &&
+         (bytes.size() == word.size() || std::string_view(" \t\r\n").find(bytes[word.size()]) != std::string_view::npos);
+}
+
 std::string counted(std::size_t count, std::string_view singular, std::string_view plural) {
   return concat(count, " ", count == 1 ? singular : plural);
 }
