@@ -1,12 +1,14 @@
 // libFuzzer target: no bytes whatsoever may make a mesh reader crash, hang, ask for absurd memory or return a mesh whose
 // indices are out of range; they end in a mesh or in Error{input}. The first byte of the input picks the kind.
 //
-//   clang++-14 -g -O1 -fsanitize=fuzzer,address,undefined ... fuzz/fuzz_read_mesh.cpp src/mesh_io*.cpp src/mesh.cpp -lzip -lpugixml
+//   clang++-14 -g -O1 -fsanitize=fuzzer,address,undefined ... fuzz/fuzz_read_mesh.cpp src/io/*.cpp src/mesh/*.cpp src/base/*.cpp
+//   -lzip -lpugixml -ltbb
 //
 // Without libFuzzer it is linked with fuzz/standalone_main.cpp.
 
 #include <zip.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -26,8 +28,12 @@ void require(bool condition, const char* law) {
   if (!condition) throw std::logic_error(law);
 }
 
-/// A 3MF archive around the XML of a model, not compressed: random changes of a compressed one seldom reach the XML.
-std::string archive_around(const std::string& model) {
+/// A 3MF archive around the XML of a model, not compressed: random changes of a compressed one seldom reach the XML. What begins
+/// with "<config" in it becomes the parts in which slicers mark volumes.
+std::string archive_around(const std::string& text) {
+  const std::size_t end = std::min(text.size(), text.find("<config"));
+  const std::string model = text.substr(0, end);
+  const std::string marks = text.substr(end);
   zip_error_t error;
   zip_error_init(&error);
   zip_source_t* target = zip_source_buffer_create(nullptr, 0, 0, &error);
@@ -37,6 +43,8 @@ std::string archive_around(const std::string& model) {
   const zip_int64_t index =
       zip_file_add(archive, "3D/3dmodel.model", zip_source_buffer(archive, model.data(), model.size(), 0), ZIP_FL_ENC_UTF_8);
   zip_set_file_compression(archive, static_cast<zip_uint64_t>(index), ZIP_CM_STORE, 0);
+  for (const char* name : {"Metadata/Slic3r_PE_model.config", "Metadata/model_settings.config"})
+    if (!marks.empty()) zip_file_add(archive, name, zip_source_buffer(archive, marks.data(), marks.size(), 0), ZIP_FL_ENC_UTF_8);
   require(zip_close(archive) == 0, "a zip archive can be closed");
   zip_stat_t stat;
   zip_source_stat(target, &stat);
@@ -66,10 +74,8 @@ void check_laws(const MeshFile& file) {
       require(triangle[k] >= 0 && static_cast<std::size_t>(triangle[k]) < mesh.vertices.size(), "indices are in range");
   require(file.polygons > 0 && file.polygons <= mesh.triangles.size(), "a polygon has at least one triangle");
   if (!is_finite(mesh) || mesh.triangles.size() > 10000) return;
-  for (const auto& [ending, bytes] :
-       {std::pair{".obj", rayrep::detail::encode_obj(mesh)}, std::pair{".ply", rayrep::detail::encode_ply(mesh)},
-        std::pair{".3mf", rayrep::detail::encode_3mf(mesh)}}) {
-    const Mesh back = read(bytes, ending).mesh;
+  for (const char* ending : {".obj", ".ply", ".3mf"}) {
+    const Mesh back = read(rayrep::detail::encode_mesh(std::string("a") + ending, mesh), ending).mesh;
     require(back.vertices == mesh.vertices && back.triangles == mesh.triangles, "what is written reads back the same");
   }
 }

@@ -31,6 +31,16 @@ enum Kind : char { kStl, kObj, kPly, kOff, k3mf, kModel };
 
 std::string input(Kind kind, const std::string& bytes) { return static_cast<char>(kind) + bytes; }
 
+/// The object of a tetrahedron that is moved along x.
+std::string tetrahedron_xml(const std::string& id, double x) {
+  std::string text = "<object id=\"" + id + "\"><mesh><vertices>";
+  for (const char* rest : {"0\" y=\"0\" z=\"0\"/>", "1\" y=\"0\" z=\"0\"/>", "0\" y=\"1\" z=\"0\"/>", "0\" y=\"0\" z=\"1\"/>"})
+    text += "<vertex x=\"" + std::to_string(x + (rest[0] - '0')) + std::string(rest).substr(1);
+  return text +
+         "</vertices><triangles><triangle v1=\"0\" v2=\"2\" v3=\"1\"/><triangle v1=\"0\" v2=\"1\" v3=\"3\"/><triangle v1=\"0\" "
+         "v2=\"3\" v3=\"2\"/><triangle v1=\"1\" v2=\"2\" v3=\"3\"/></triangles></mesh></object>";
+}
+
 std::vector<std::string> seeds() {
   rayrep::Mesh mesh;
   mesh.vertices = {{0, 0, 0}, {1.5, 0, 0}, {0, 2.25, 0}, {0, 0, 1e-3}};
@@ -40,14 +50,14 @@ std::vector<std::string> seeds() {
       "element face 1\nproperty list uchar ushort vertex_index\nend_header\n";
   big_endian += std::string("\1\0\1\0\0\0\2\0\1\0\0\0\3\0\0\0\1\0\2", 19);
   return {
-      input(kStl, rayrep::detail::encode_stl(mesh)),
+      input(kStl, rayrep::detail::encode_mesh("a.stl", mesh)),
       input(kStl,
             "solid a b\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1e0 0 nan\n   vertex 0 1 0\n  endloop\n "
             "endfacet\n"
             "endsolid a b\n"),
-      input(kObj, rayrep::detail::encode_obj(mesh)),
+      input(kObj, rayrep::detail::encode_mesh("a.obj", mesh)),
       input(kObj, "v 0 0 0\nv 4 0 0 1 0 0\nv 4 4 0\nv 2 1 0\nv 0 4 0\nvt 0 0\ng a\nf 1/1 2/1 3/1 4/1 5/1\nf -1 -2 \\\n-3\n# end\n"),
-      input(kPly, rayrep::detail::encode_ply(mesh)),
+      input(kPly, rayrep::detail::encode_mesh("a.ply", mesh)),
       input(kPly, big_endian),
       input(
           kPly,
@@ -55,8 +65,12 @@ std::vector<std::string> seeds() {
           "z\n"
           "element face 2\nproperty uchar c\nproperty list uchar int vertex_indices\nend_header\n0 0 1 5 0\n1 0 0 0\n0 1 2 7 7 0\n"
           "1 1 0 0\n9 3 0 1 2\n9 4 0 1 2 3\n"),
+      input(kPly,
+            "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+            "element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+            "10 0 2 1 3 0 2 -1 1 2 3\n"),
       input(kOff, "OFF # box\n5 2 0\n0 0 0\n1 0 0\n1 1 0 255 0 0\n\n0 1 0\n0.5 0.1 0\n5 0 4 1 2 3 1 0 0\n3 0 1 2\n"),
-      input(k3mf, rayrep::detail::encode_3mf(mesh)),
+      input(k3mf, rayrep::detail::encode_mesh("a.3mf", mesh)),
       input(
           kModel,
           "<model unit=\"inch\" xmlns:p=\"http://schemas.microsoft.com/3dmanufacturing/production/2015/06\" "
@@ -69,6 +83,12 @@ std::vector<std::string> seeds() {
           "</components></object></resources><build><item objectid=\"2\" transform=\"1 0 0 0 2 0 0 0 1 5 0 0\" "
           "printable=\"1\"/><item "
           "objectid=\"1\" p:path=\"/3D/3dmodel.model\"/></build></model>"),
+      input(kModel,
+            "<model><resources>" + tetrahedron_xml("1", 0) + tetrahedron_xml("2", 0.25) +
+                "<object id=\"3\"><components><component objectid=\"1\"/><component "
+                "objectid=\"2\"/></components></object></resources>"
+                "<build><item objectid=\"3\"/></build></model><config><object id=\"3\"><part id=\"2\" subtype=\"negative_part\"/>"
+                "</object><object id=\"1\"><volume firstid=\"9\" lastid=\"9\"/></object></config>"),
   };
 }
 

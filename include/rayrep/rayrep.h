@@ -20,6 +20,7 @@
 #include "rayrep/mesh/delivery.h"            // what is made: meshes with their roles
 
 #include "rayrep/io/mesh_io.h"               // STL, OBJ, PLY, OFF, 3MF
+#include "rayrep/io/write_file.h"            // all of a file or nothing
 
 #include "rayrep/physics/moments.h"          // mass, centre of mass, inertia: the ten moments
 #include "rayrep/physics/inertial.h"         // the ten numbers of a rigid body, as URDF and MJCF

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <pugixml.hpp>
 
 #include "io/mesh_io_detail.h"
+#include "io/subtract.h"
 #include "rayrep/base/error.h"
 
 namespace rayrep::detail {
@@ -51,7 +53,8 @@ public:
   bool has(const std::string& part) const { return locate(part) >= 0; }
 
   /// The unpacked bytes of a part. @throws Error{input} if it is missing, damaged, encrypted or far too large.
-  std::string read(const std::string& part) const {
+  /// @param most  bytes, besides the limits for any file
+  std::string read(const std::string& part, std::size_t most) const {
     const zip_int64_t index = locate(part);
     if (index < 0) fail_read(file_, "", concat("the 3MF archive has no part '", part, "'. Export the model again."));
     zip_stat_t stat;
@@ -59,7 +62,7 @@ public:
     zip_stat_index(archive_.get(), static_cast<zip_uint64_t>(index), 0, &stat);
     const std::size_t packed = (stat.valid & ZIP_STAT_COMP_SIZE) != 0 ? stat.comp_size : file_.bytes.size();
     const std::size_t limit =
-        std::min(kMaxPartBytes, std::max(kFreeExpansionBytes, kMaxExpansion * std::min(packed, kMaxPartBytes)));
+        std::min({most, kMaxPartBytes, std::max(kFreeExpansionBytes, kMaxExpansion * std::min(packed, kMaxPartBytes))});
     std::unique_ptr<zip_file_t, int (*)(zip_file_t*)> in(zip_fopen_index(archive_.get(), static_cast<zip_uint64_t>(index), 0),
                                                          zip_fclose);
     if (!in) fail_damaged(part, zip_strerror(archive_.get()));
@@ -116,14 +119,52 @@ std::string_view attribute(const pugi::xml_node& node, std::string_view name) {
   return {};
 }
 
+/// What may still be taken of the memory that a file is allowed.
+class MemoryBudget {
+public:
+  MemoryBudget(const FileBytes& file, std::size_t bytes) : file_(file), limit_(bytes), left_(bytes - file.bytes.size()) {}
+
+  std::size_t left() const { return left_; }
+  void take(std::size_t bytes) {
+    require(bytes);
+    left_ -= bytes;
+  }
+  void require(std::size_t bytes) const {
+    if (bytes > left_)
+      fail_read(file_, "",
+                concat("unpacked it takes more memory than the ", limit_ / 1'000'000,
+                       " MB that a file is allowed. Reduce the number of triangles, or save the model as STL."));
+  }
+
+private:
+  const FileBytes& file_;
+  std::size_t limit_;
+  std::size_t left_;
+};
+
 struct XmlPart {
   std::string text;
   pugi::xml_document document;  // points into text
 };
 
-std::unique_ptr<XmlPart> parse_part(const Package& package, const std::string& name) {
+/// At least the memory that parsing takes: a node for each tag or text, and one for each attribute.
+std::size_t memory_to_parse(std::string_view text) {
+  constexpr std::size_t kNode = 64;
+  constexpr std::size_t kAttribute = 40;
+  std::size_t nodes = 0;
+  std::size_t attributes = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    attributes += text[i] == '=';
+    nodes += text[i] == '<' && i + 1 < text.size() && text[i + 1] != '/';
+    nodes += text[i] == '>' && i + 1 < text.size() && text[i + 1] > ' ' && text[i + 1] != '<';
+  }
+  return kNode * nodes + kAttribute * attributes;
+}
+
+std::unique_ptr<XmlPart> parse_part(const Package& package, const std::string& name, const MemoryBudget& budget) {
   auto part = std::make_unique<XmlPart>();
-  part->text = package.read(name);
+  part->text = package.read(name, budget.left());
+  budget.require(part->text.size() + memory_to_parse(part->text));
   const auto parsed = part->document.load_buffer_inplace(part->text.data(), part->text.size(),
                                                          pugi::parse_minimal | pugi::parse_escapes | pugi::parse_wconv_attribute);
   if (!parsed)
@@ -132,40 +173,82 @@ std::unique_ptr<XmlPart> parse_part(const Package& package, const std::string& n
   return part;
 }
 
+/// A build item or a component: an object in its place.
+struct Reference {
+  std::string id;
+  std::string part;
+  Eigen::Affine3d transform = Eigen::Affine3d::Identity();
+};
+
+struct Object {
+  std::string type;
+  std::string not_only_triangles;  ///< what else its shape is made of
+  Mesh mesh;                       ///< in units of the file
+  std::vector<Reference> components;
+};
+
 struct ModelPart {
-  std::unique_ptr<XmlPart> xml;
   double mm_per_unit = 1;
-  pugi::xml_node build;
-  std::map<std::string, pugi::xml_node, std::less<>> objects;  // by id
+  std::vector<Reference> items;
+  std::size_t not_printable = 0;
+  std::map<std::string, Object, std::less<>> objects;  // by id
+};
+
+/// Slicers keep modifiers, negative volumes and support blockers as triangles like any others and tell them apart in a part of
+/// their own: PrusaSlicer by ranges of the triangles of an object, Bambu Studio and OrcaSlicer by the components of one.
+struct SlicerMarks {
+  struct Range {
+    std::size_t first = 0;
+    std::size_t last = 0;  ///< inclusive
+    std::string kind;
+  };
+  struct Volumes {
+    std::vector<Range> special;
+    std::size_t bodies = 0;
+  };
+  std::map<std::string, Volumes, std::less<>> volumes;               // by object
+  std::map<std::pair<std::string, std::string>, std::string> kinds;  // by object and component
+};
+
+enum class Role { material, negative, none };
+
+Role role_of(std::string_view kind) {
+  if (kind == "NegativeVolume" || kind == "negative_part") return Role::negative;
+  if (kind.empty() || kind == "ModelPart" || kind == "normal_part") return Role::material;
+  return Role::none;
+}
+
+/// One build item as placed.
+struct Placed {
+  Mesh material;
+  std::size_t bodies = 0;  ///< that the material is made of
+  Mesh negative;
 };
 
 class ModelReader {
 public:
-  explicit ModelReader(const FileBytes& file) : package_(file), file_(file) {}
+  ModelReader(const FileBytes& file, const ReadOptions& options)
+      : package_(file), file_(file), budget_(file, options.memory_bytes) {}
 
   MeshFile read() {
     result_.format = "3MF";
-    const std::string root_name = root_model();
-    const ModelPart& root = part(root_name);
+    root_ = root_model();
+    read_prusa_marks("Metadata/Slic3r_PE_model.config");
+    read_bambu_marks("Metadata/model_settings.config");
+    const ModelPart& root = part(root_);
     result_.mm_per_unit = root.mm_per_unit;
-    std::size_t items = 0;
-    std::size_t skipped = 0;
-    for (const auto& item : root.build.children()) {
-      if (local_name(item.name()) != "item") continue;
-      if (attribute(item, "printable") == "0") {  // how slicers switch an item off
-        ++skipped;
-        continue;
-      }
-      ++items;
-      append_reference(item, root_name, Eigen::Affine3d::Identity(), 0);
-    }
-    if (items == 0)
+    for (const Reference& item : root.items) append_item(item);
+    if (root.items.empty())
       fail_read(file_, "",
                 "the build section of the 3MF file places no object. Put an object on the build plate and export again.");
-    if (items > 1) result_.notes.push_back(concat("The ", items, " objects on the build plate were joined into one mesh."));
-    if (skipped > 0) result_.notes.push_back(plural(skipped, "object", "objects") + " marked as not printable left out.");
+    if (root.items.size() > 1)
+      result_.notes.push_back(concat("The ", root.items.size(), " objects on the build plate were joined into one mesh."));
+    if (root.not_printable > 0)
+      result_.notes.push_back(plural(root.not_printable, "object", "objects") + " marked as not printable left out.");
     if (supports_ > 0) result_.notes.push_back(plural(supports_, "support object", "support objects") + " left out.");
-    note_slicer_volumes();
+    for (const auto& [what, count] : left_out_)
+      result_.notes.push_back(concat(plural(count, "volume", "volumes"), " marked '", what, "' left out: no material of its own."));
+    if (negatives_ > 0) result_.notes.push_back(plural(negatives_, "negative volume", "negative volumes") + " subtracted.");
     result_.polygons = result_.mesh.triangles.size();
     return std::move(result_);
   }
@@ -173,7 +256,7 @@ public:
 private:
   std::string root_model() const {
     if (package_.has("_rels/.rels")) {
-      const auto rels = parse_part(package_, "_rels/.rels");
+      const auto rels = parse_part(package_, "_rels/.rels", budget_);
       for (const auto& relationship : child(rels->document, "Relationships").children())
         if (attribute(relationship, "Type") == kModelRelationship) return without_slash(attribute(relationship, "Target"));
     }
@@ -185,23 +268,108 @@ private:
     return std::string(path);
   }
 
-  /// A model part, parsed on first use.
+  void read_prusa_marks(const std::string& name) {
+    if (!package_.has(name)) return;
+    const auto xml = parse_part(package_, name, budget_);
+    for (const auto& object : child(xml->document, "config").children()) {
+      const std::string id(attribute(object, "id"));
+      for (const auto& volume : object.children()) {
+        if (local_name(volume.name()) != "volume") continue;
+        std::string_view kind;
+        bool modifier = false;  // as old versions say it
+        for (const auto& metadata : volume.children()) {
+          if (attribute(metadata, "key") == "volume_type") kind = attribute(metadata, "value");
+          modifier |= attribute(metadata, "key") == "modifier" && attribute(metadata, "value") == "1";
+        }
+        if (kind.empty() && modifier) kind = "ParameterModifier";
+        if (role_of(kind) == Role::material) {
+          ++marks_.volumes[id].bodies;
+        } else {
+          marks_.volumes[id].special.push_back(
+              {triangle_id(volume, "firstid", id), triangle_id(volume, "lastid", id), std::string(kind)});
+        }
+      }
+    }
+  }
+
+  std::size_t triangle_id(const pugi::xml_node& volume, std::string_view name, const std::string& object) const {
+    long long value = 0;
+    const std::string_view text = attribute(volume, name);
+    if (!parse_integer(text, value) || value < 0)
+      fail_read(file_, concat("object ", object),
+                concat("the slicer's settings give '", text.substr(0, 40), "' as the ", name,
+                       " of one of its volumes, which is no number of a triangle. Export the model again."));
+    return static_cast<std::size_t>(value);
+  }
+
+  void read_bambu_marks(const std::string& name) {
+    if (!package_.has(name)) return;
+    const auto xml = parse_part(package_, name, budget_);
+    for (const auto& object : child(xml->document, "config").children())
+      for (const auto& component : object.children())
+        if (local_name(component.name()) == "part")
+          marks_.kinds[{std::string(attribute(object, "id")), std::string(attribute(component, "id"))}] =
+              attribute(component, "subtype");
+  }
+
+  /// A model part, read on first use.
   const ModelPart& part(const std::string& name) {
-    ModelPart& result = parts_[name];
-    if (result.xml) return result;
-    result.xml = parse_part(package_, name);
-    const pugi::xml_node model = child(result.xml->document, "model");
+    const auto [found, is_new] = parts_.try_emplace(name);
+    ModelPart& result = found->second;
+    if (!is_new) return result;
+    const auto xml = parse_part(package_, name, budget_);
+    const pugi::xml_node model = child(xml->document, "model");
     if (!model) fail_read(file_, concat("part '", name, "'"), "it has no <model> element. Export the model again.");
     result.mm_per_unit = unit(name, attribute(model, "unit"));
     require_known_extensions(name, model);
-    result.build = child(model, "build");
-    for (const auto& object : child(model, "resources").children()) {
-      if (local_name(object.name()) != "object") continue;
-      if (!result.objects.emplace(attribute(object, "id"), object).second)
-        fail_read(file_, concat("part '", name, "'"),
-                  concat("two objects have the id '", attribute(object, "id"), "'. Export the model again."));
+    for (const auto& item : child(model, "build").children()) {
+      if (local_name(item.name()) != "item") continue;
+      if (attribute(item, "printable") == "0") {  // how slicers switch an item off
+        ++result.not_printable;
+      } else {
+        result.items.push_back(reference(item, name));
+      }
+    }
+    for (const auto& node : child(model, "resources").children()) {
+      if (local_name(node.name()) != "object") continue;
+      const std::string id(attribute(node, "id"));
+      const auto [object, is_first] = result.objects.try_emplace(id);
+      if (!is_first)
+        fail_read(file_, concat("part '", name, "'"), concat("two objects have the id '", id, "'. Export the model again."));
+      read_object(node, name, object->second);
     }
     return result;
+  }
+
+  Reference reference(const pugi::xml_node& node, const std::string& part_name) {
+    budget_.take(sizeof(Reference));
+    Reference result;
+    result.id = attribute(node, "objectid");
+    const std::string_view path = attribute(node, "path");  // of the production extension
+    result.part = path.empty() ? part_name : without_slash(path);
+    result.transform = transform(node, named(result.id));
+    return result;
+  }
+
+  static std::string named(const std::string& id) { return concat("object ", id.empty() ? "(no objectid)" : id); }
+
+  void read_object(const pugi::xml_node& node, const std::string& part_name, Object& object) {
+    const std::string where = named(std::string(attribute(node, "id")));
+    budget_.take(sizeof(Object));
+    object.type = attribute(node, "type");
+    if (!attribute(node, "slicestackid").empty()) object.not_only_triangles = "slices";
+    for (const auto& content : node.children()) {
+      const std::string_view name = local_name(content.name());
+      if (name == "mesh") {
+        if (child(content, "beamlattice")) object.not_only_triangles = "a lattice of beams";
+        read_mesh(content, where, object.mesh);
+      } else if (name == "components") {
+        for (const auto& component : content.children())
+          if (local_name(component.name()) == "component") object.components.push_back(reference(component, part_name));
+      } else if (name == "booleanshape" || name == "levelset" || name == "displacementmesh") {
+        object.not_only_triangles = concat("a <", name, ">");
+      }
+    }
   }
 
   double unit(const std::string& part_name, std::string_view text) const {
@@ -250,33 +418,116 @@ private:
     return result;
   }
 
+  void append_item(const Reference& item) {
+    Placed placed;
+    append_reference(item, Eigen::Affine3d::Identity(), {}, 0, placed);
+    if (!placed.negative.triangles.empty() && !placed.material.triangles.empty()) {
+      auto rest = without(placed.material, placed.bodies, placed.negative);
+      if (!rest)
+        fail_read(
+            file_, named(item.id),
+            "its negative volume cannot be subtracted: it or the model is not closed, or nothing would be left. Subtract it in "
+            "the program that made the file, and export the plain model.");
+      placed.material = std::move(*rest);
+    }
+    append(result_.mesh, placed.material);
+  }
+
   /// Appends what a build item or a component refers to, as seen from its parent through `parent`.
-  void append_reference(const pugi::xml_node& reference, const std::string& part_name, const Eigen::Affine3d& parent, int depth) {
-    const std::string_view id = attribute(reference, "objectid");
-    const std::string where = concat("object ", id.empty() ? "(no objectid)" : id);
+  /// @param kind  what a slicer has marked the parent as
+  void append_reference(const Reference& reference, const Eigen::Affine3d& parent, std::string kind, int depth, Placed& placed) {
+    const std::string where = named(reference.id);
     if (depth > kMaxDepth)
       fail_read(file_, where,
                 concat("components are nested deeper than ", kMaxDepth, " levels or contain themselves. Export the model again."));
     if (++instances_ > kMaxInstances)
       fail_read(file_, where,
                 concat("components multiply the objects to more than ", kMaxInstances, " copies. Export fewer copies."));
-    const std::string_view path = attribute(reference, "path");  // of the production extension
-    const std::string object_part = path.empty() ? part_name : without_slash(path);
-    const ModelPart& model = part(object_part);
+    const ModelPart& model = part(reference.part);
     if (model.mm_per_unit != result_.mm_per_unit)
-      fail_read(file_, concat("part '", object_part, "'"), "its unit differs from that of the main part. Export the model again.");
-    const auto found = model.objects.find(id);
+      fail_read(file_, concat("part '", reference.part, "'"),
+                "its unit differs from that of the main part. Export the model again.");
+    const auto found = model.objects.find(reference.id);
     if (found == model.objects.end())
-      fail_read(file_, where, concat("it is used, but not defined in part '", object_part, "'. Export the model again."));
-    const std::string_view type = attribute(found->second, "type");
-    if (type == "support" || type == "solidsupport") {
+      fail_read(file_, where, concat("it is used, but not defined in part '", reference.part, "'. Export the model again."));
+    const Object& object = found->second;
+    if (object.type == "support" || object.type == "solidsupport") {
       ++supports_;
       return;
     }
-    const Eigen::Affine3d here = parent * transform(reference, where);
-    if (const auto mesh = child(found->second, "mesh")) append_mesh(mesh, here, where);
-    for (const auto& component : child(found->second, "components").children())
-      if (local_name(component.name()) == "component") append_reference(component, object_part, here, depth + 1);
+    if (!object.type.empty() && object.type != "model") kind = object.type;  // "other" or "surface"
+    if (!kind.empty() && role_of(kind) == Role::none) {
+      ++left_out_[kind];
+      return;
+    }
+    if (!object.not_only_triangles.empty())
+      fail_read(
+          file_, where,
+          concat("its shape is made of ", object.not_only_triangles,
+                 ", which rayrep does not read; its triangles alone are another shape. Export it as plain triangles, or as STL."));
+    const Eigen::Affine3d here = parent * reference.transform;
+    const bool is_root = reference.part == root_;
+    const auto volumes = is_root ? marks_.volumes.find(reference.id) : marks_.volumes.end();
+    if (volumes != marks_.volumes.end() && !volumes->second.special.empty()) {
+      append_volumes(object.mesh, volumes->second, here, where, placed);
+    } else if (!object.mesh.triangles.empty()) {
+      append_as(role_of(kind), object.mesh, here, where, placed);
+    }
+    for (const Reference& component : object.components) {
+      const auto mark = is_root ? marks_.kinds.find({reference.id, component.id}) : marks_.kinds.end();
+      append_reference(component, here, mark == marks_.kinds.end() ? kind : mark->second, depth + 1, placed);
+    }
+  }
+
+  void append_as(Role role, const Mesh& mesh, const Eigen::Affine3d& here, const std::string& where, Placed& placed) {
+    if (role == Role::negative) {
+      ++negatives_;
+      append_mesh(mesh, here, where, placed.negative);
+    } else {
+      ++placed.bodies;
+      append_mesh(mesh, here, where, placed.material);
+    }
+  }
+
+  /// The triangles of an object that PrusaSlicer has marked, each in its role.
+  void append_volumes(const Mesh& mesh, const SlicerMarks::Volumes& volumes, const Eigen::Affine3d& here, const std::string& where,
+                      Placed& placed) {
+    std::vector<bool> taken(mesh.triangles.size());
+    for (const auto& range : volumes.special) {
+      if (range.first > range.last || range.last >= mesh.triangles.size())
+        fail_read(file_, where,
+                  concat("the slicer's settings mark its triangles ", range.first, " to ", range.last, " as '", range.kind,
+                         "', but it has ", mesh.triangles.size(), ". Export the model again."));
+      std::vector<bool> in_range(mesh.triangles.size());
+      for (std::size_t t = range.first; t <= range.last; ++t) in_range[t] = taken[t] = true;
+      if (role_of(range.kind) == Role::negative) {
+        append_as(Role::negative, only(mesh, in_range), here, where, placed);
+      } else {
+        ++left_out_[range.kind];
+      }
+    }
+    taken.flip();
+    append_as(Role::material, only(mesh, taken), here, where, placed);
+    placed.bodies += volumes.bodies;
+  }
+
+  /// The chosen triangles and the vertices they use.
+  static Mesh only(const Mesh& mesh, const std::vector<bool>& chosen) {
+    Mesh result;
+    std::vector<int> number(mesh.vertices.size(), -1);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      if (!chosen[t]) continue;
+      Eigen::Vector3i corners = mesh.triangles[t];
+      for (int& corner : corners) {
+        if (number[corner] < 0) {
+          number[corner] = static_cast<int>(result.vertices.size());
+          result.vertices.push_back(mesh.vertices[corner]);
+        }
+        corner = number[corner];
+      }
+      result.triangles.push_back(corners);
+    }
+    return result;
   }
 
   double coordinate(const pugi::xml_node& vertex, std::string_view axis, std::size_t index, const std::string& where) const {
@@ -300,30 +551,43 @@ private:
     return static_cast<int>(value);
   }
 
-  void append_mesh(const pugi::xml_node& node, const Eigen::Affine3d& here, const std::string& where) {
-    Mesh& mesh = result_.mesh;
-    const std::size_t first = mesh.vertices.size();
-    const bool moved = !here.matrix().isIdentity(0);
-    std::size_t count = 0;
-    for (const auto& vertex : child(node, "vertices").children()) {
-      if (local_name(vertex.name()) != "vertex") continue;
-      Eigen::Vector3d p(coordinate(vertex, "x", count, where), coordinate(vertex, "y", count, where),
-                        coordinate(vertex, "z", count, where));
-      ++count;
-      if (moved) p = here * p;
-      mesh.vertices.push_back(p);
-      if (mesh.vertices.size() > kMaxTriangles) fail_too_large(where);
+  void read_mesh(const pugi::xml_node& node, const std::string& where, Mesh& mesh) {
+    for (const auto& list : node.children()) {
+      const std::string_view name = local_name(list.name());
+      if (name != "vertices" && name != "triangles") continue;
+      const auto size = static_cast<std::size_t>(std::distance(list.begin(), list.end()));
+      const bool is_vertices = name == "vertices";
+      budget_.take(size * (is_vertices ? sizeof(Eigen::Vector3d) : sizeof(Eigen::Vector3i)));
+      is_vertices ? mesh.vertices.reserve(size) : mesh.triangles.reserve(size);
+      for (const auto& entry : list.children()) {
+        const std::string_view kind = local_name(entry.name());
+        if (is_vertices && kind == "vertex") {
+          const std::size_t i = mesh.vertices.size();
+          mesh.vertices.emplace_back(coordinate(entry, "x", i, where), coordinate(entry, "y", i, where),
+                                     coordinate(entry, "z", i, where));
+        } else if (!is_vertices && kind == "triangle") {
+          const std::size_t i = mesh.triangles.size();
+          const std::size_t vertices = mesh.vertices.size();
+          mesh.triangles.emplace_back(corner(entry, "v1", i, vertices, where), corner(entry, "v2", i, vertices, where),
+                                      corner(entry, "v3", i, vertices, where));
+        }
+      }
     }
+    if (mesh.vertices.size() > kMaxTriangles || mesh.triangles.size() > kMaxTriangles) fail_too_large(where);
+  }
+
+  void append_mesh(const Mesh& source, const Eigen::Affine3d& here, const std::string& where, Mesh& mesh) {
+    budget_.take(source.vertices.size() * sizeof(Eigen::Vector3d) + source.triangles.size() * sizeof(Eigen::Vector3i));
+    vertices_ += source.vertices.size();
+    triangles_ += source.triangles.size();
+    if (vertices_ > kMaxTriangles || triangles_ > kMaxTriangles) fail_too_large(where);
+    const int first = static_cast<int>(mesh.vertices.size());
+    const bool moved = !here.matrix().isIdentity(0);
+    for (const auto& p : source.vertices) mesh.vertices.push_back(moved ? Eigen::Vector3d(here * p) : p);
     const bool mirrored = here.linear().determinant() < 0;
-    std::size_t index = 0;
-    for (const auto& triangle : child(node, "triangles").children()) {
-      if (local_name(triangle.name()) != "triangle") continue;
-      Eigen::Vector3i corners(corner(triangle, "v1", index, count, where), corner(triangle, "v2", index, count, where),
-                              corner(triangle, "v3", index, count, where));
-      ++index;
+    for (Eigen::Vector3i corners : source.triangles) {
       if (mirrored) std::swap(corners[1], corners[2]);
-      mesh.triangles.push_back(corners.array() + static_cast<int>(first));
-      if (mesh.triangles.size() > kMaxTriangles) fail_too_large(where);
+      mesh.triangles.push_back(corners.array() + first);
     }
   }
 
@@ -333,27 +597,19 @@ private:
                      " triangles or vertices. Export fewer copies or a coarser mesh."));
   }
 
-  /// Slicers keep modifiers and negative volumes as triangles like any others and tell them apart in a part of their own.
-  void note_slicer_volumes() {
-    for (const char* name : {"Metadata/Slic3r_PE_model.config", "Metadata/model_settings.config"}) {
-      if (!package_.has(name)) continue;
-      const std::string config = package_.read(name);
-      for (const char* kind : {"NegativeVolume", "ParameterModifier", "SupportBlocker", "SupportEnforcer", "negative_part",
-                               "modifier_part", "support_blocker", "support_enforcer"}) {
-        if (config.find(concat('"', kind, '"')) == std::string::npos) continue;
-        result_.notes.push_back(concat("A slicer marked some of the triangles as '", kind,
-                                       "'; they were read as ordinary triangles. Export the plain model if that is not meant."));
-        break;
-      }
-    }
-  }
-
   Package package_;
   const FileBytes& file_;
+  MemoryBudget budget_;
+  std::string root_;
+  SlicerMarks marks_;
   std::map<std::string, ModelPart> parts_;
   MeshFile result_;
   std::size_t instances_ = 0;
+  std::size_t vertices_ = 0;
+  std::size_t triangles_ = 0;
   std::size_t supports_ = 0;
+  std::size_t negatives_ = 0;
+  std::map<std::string, std::size_t> left_out_;  // by what it is marked as
 };
 
 struct PartText {
@@ -412,14 +668,16 @@ std::string model_xml(const Mesh& mesh) {
 )";
 }
 
-/// PrusaSlicer's own part: without 100 % infill the user's profile makes a hollow body heavier than a solid one.
-std::string slicer_config_xml(std::size_t triangles) {
+/// PrusaSlicer's own part: without 100 % infill the user's profile makes a hollow body heavier than a solid one, and automatic
+/// supports fill its cavity unless they must start on the build plate.
+std::string prusa_config_xml(std::size_t triangles) {
   return concat(R"(<?xml version="1.0" encoding="UTF-8"?>
 <config>
  <object id="1" instances_count="1">
   <metadata type="object" key="name" value="body"/>
   <metadata type="object" key="fill_density" value="100%"/>
   <metadata type="object" key="fill_pattern" value="rectilinear"/>
+  <metadata type="object" key="support_material_buildplate_only" value="1"/>
   <volume firstid="0" lastid=")",
                 triangles - 1, R"(">
    <metadata type="volume" key="name" value="body"/>
@@ -431,15 +689,33 @@ std::string slicer_config_xml(std::size_t triangles) {
 )");
 }
 
+/// The same for Bambu Studio and OrcaSlicer.
+constexpr const char* kBambuConfig = R"(<?xml version="1.0" encoding="UTF-8"?>
+<config>
+ <object id="1">
+  <metadata key="name" value="body"/>
+  <metadata key="sparse_infill_density" value="100%"/>
+  <metadata key="support_on_build_plate_only" value="1"/>
+  <part id="1" subtype="normal_part">
+   <metadata key="name" value="body"/>
+   <metadata key="matrix" value="1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"/>
+  </part>
+ </object>
+</config>
+)";
+
 }  // namespace
 
-MeshFile read_3mf(const FileBytes& file) { return ModelReader(file).read(); }
+bool is_3mf(std::string_view bytes) { return bytes.starts_with("PK\x03\x04"); }
+
+MeshFile read_3mf(const FileBytes& file, const ReadOptions& options) { return ModelReader(file, options).read(); }
 
 std::string encode_3mf(const Mesh& mesh) {
-  const std::array<PartText, 4> parts = {{{"[Content_Types].xml", kContentTypes},
+  const std::array<PartText, 5> parts = {{{"[Content_Types].xml", kContentTypes},
                                           {"_rels/.rels", relationships_xml()},
                                           {kDefaultModel, model_xml(mesh)},
-                                          {"Metadata/Slic3r_PE_model.config", slicer_config_xml(mesh.triangles.size())}}};
+                                          {"Metadata/Slic3r_PE_model.config", prusa_config_xml(mesh.triangles.size())},
+                                          {"Metadata/model_settings.config", kBambuConfig}}};
   ZipError error;
   const auto fail = [](const std::string& reason) {
     throw Error(ErrorCode::write, "Cannot pack the 3MF archive: " + reason + ".");

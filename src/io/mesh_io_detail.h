@@ -26,21 +26,11 @@ struct FileBytes {
 /// Reads any supported kind from memory, exactly as read_mesh does after it has loaded the file.
 MeshFile read_mesh_bytes(const FileBytes& file, const ReadOptions& options);
 
-// One reader per kind. They fill mesh (in file units), format, polygons and notes; 3MF also mm_per_unit.
-MeshFile read_stl(const FileBytes& file);
-MeshFile read_obj(const FileBytes& file);
-MeshFile read_ply(const FileBytes& file);
-MeshFile read_off(const FileBytes& file);
-MeshFile read_3mf(const FileBytes& file);
+/// The bytes that write_mesh writes. @throws Error as write_mesh does, but for the file itself.
+std::string encode_mesh(const std::filesystem::path& path, const Mesh& mesh);
 
-/// True if the file has exactly the size that the triangle count in its 80 byte + 4 header calls for.
-bool has_exact_binary_stl_size(std::string_view bytes);
-
-// One encoder per kind that can be written: the bytes of the file.
-std::string encode_stl(const Mesh& mesh);
-std::string encode_obj(const Mesh& mesh);
-std::string encode_ply(const Mesh& mesh);
-std::string encode_3mf(const Mesh& mesh);
+/// True if the bytes begin with `word` and it ends there.
+bool begins_with_word(std::string_view bytes, std::string_view word);
 
 /// The line, counted from 1, that holds the byte at `offset`. Takes time in `offset`.
 std::size_t line_of(std::string_view bytes, std::size_t offset);
@@ -91,8 +81,10 @@ struct PolygonSoup {
 
 /// Appends a polygon as n - 2 triangles of the same orientation that use each of its edges once: a fan where its
 /// projection along the Newell normal is strictly convex, ears otherwise. Polygons that cross themselves or have no
-/// area come out with n - 2 triangles all the same.
-void append_triangulated(std::span<const int> polygon, Mesh& mesh);
+/// area come out with n - 2 triangles all the same. One that is not flat does not depend on the corner it starts with: a quad
+/// is split along its shorter diagonal inside, a larger one from its corner of smallest coordinates on.
+/// @return how far its corners lie from a plane, relative to its size
+double append_triangulated(std::span<const int> polygon, Mesh& mesh);
 
 /// The soup as triangles, with `polygons` and a note about dropped faces filled in.
 MeshFile triangulated(const FileBytes& file, PolygonSoup&& soup, std::string format);

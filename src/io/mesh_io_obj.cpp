@@ -34,7 +34,7 @@ constexpr std::array<std::string_view, 22> kIgnored = {
 
 }  // namespace
 
-MeshFile read_obj(const FileBytes& file) {
+MeshFile read_obj(const FileBytes& file, const ReadOptions&) {
   PolygonSoup soup;
   TextScanner scan(file, 0);
   // A face may name vertices that only follow later; the highest such number is checked at the end.

@@ -27,7 +27,13 @@ std::size_t to_index(const TextScanner& scan, std::string_view word, std::size_t
 
 }  // namespace
 
-MeshFile read_off(const FileBytes& file) {
+bool is_off(std::string_view bytes) {
+  for (const char* word : {"OFF", "COFF", "NOFF", "CNOFF", "STOFF", "STCOFF", "STNOFF", "STCNOFF", "4OFF", "nOFF"})
+    if (begins_with_word(bytes, word)) return true;
+  return false;
+}
+
+MeshFile read_off(const FileBytes& file, const ReadOptions&) {
   TextScanner scan(file, 0);
   std::string_view word = word_after_comments(scan);
   if (word.ends_with("OFF")) {  // which is optional, as are the letters before it

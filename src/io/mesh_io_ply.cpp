@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <cstring>
 #include <initializer_list>
+#include <limits>
+#include <set>
 #include <utility>
 
 #include "io/mesh_io_detail.h"
@@ -76,6 +78,7 @@ Encoding encoding_of(const TextScanner& scan, std::string_view name) {
 Header read_header(const FileBytes& file) {
   Header header;
   bool has_format = false;
+  std::set<std::string> names;
   TextScanner scan(file, 0);
   if (scan.word_in_line() != "ply")
     scan.fail("a PLY file must begin with a line 'ply'. This is another kind of file, or a damaged one.");
@@ -88,8 +91,8 @@ Header read_header(const FileBytes& file) {
     } else if (keyword == "element") {
       Element element;
       element.name = scan.word_in_line();
-      for (const auto& other : header.elements)
-        if (other.name == element.name) scan.fail(concat("element '", element.name, "' is declared twice. Export the mesh again."));
+      if (!names.insert(element.name).second)
+        scan.fail(concat("element '", element.name, "' is declared twice. Export the mesh again."));
       const std::string_view count = scan.word_in_line();
       long long value = 0;
       if (!parse_integer(count, value) || value < 0)
@@ -219,6 +222,8 @@ public:
       read_vertices(element);
     } else if (element.name == "face") {
       read_faces(element, vertex_count);
+    } else if (element.name == "tristrips") {
+      read_strips(element, vertex_count);
     } else if (!element.properties.empty()) {  // otherwise any number of them takes no room
       for (std::size_t i = 0; i < element.count; ++i)
         for (const auto& property : element.properties) skip(property);
@@ -285,17 +290,52 @@ private:
           skip(property);
           continue;
         }
-        for (std::size_t left = list_length(property); left > 0; --left) {
-          const double index = values_.next(property.type);
-          if (!(index >= 0) || !(index < static_cast<double>(vertex_count)) || index != std::floor(index))
-            fail_read(file_, values_.where(),
-                      concat("face ", i + 1, " uses vertex ", index, " (counted from 0), but the file has ", vertex_count,
-                             ". Export the mesh again."));
-          soup_.corners.push_back(static_cast<int>(index));
-        }
+        for (std::size_t left = list_length(property); left > 0; --left)
+          soup_.corners.push_back(to_vertex(values_.next(property.type), "face ", i, vertex_count));
         soup_.end_polygon();
       }
     }
+  }
+
+  /// Strips, as Stanford's scans have them: each corner makes a triangle with the two before it, every other one turned; -1 starts
+  /// a new strip. Repeated corners are turning points and make no triangle.
+  void read_strips(const Element& element, std::size_t vertex_count) {
+    const int corners = find_property(element, {"vertex_indices", "vertex_index"}, true);
+    if (corners < 0) fail_read(file_, "header", "the triangle strips have no list 'vertex_indices'. Export the mesh again.");
+    for (std::size_t i = 0; i < element.count; ++i) {
+      for (int k = 0; k < static_cast<int>(element.properties.size()); ++k) {
+        const Property& property = element.properties[k];
+        if (k != corners) {
+          skip(property);
+          continue;
+        }
+        std::size_t length = 0;
+        int a = 0, b = 0;
+        for (std::size_t left = list_length(property); left > 0; --left) {
+          const double index = values_.next(property.type);
+          if (index == -1 || index == std::numeric_limits<std::uint32_t>::max()) {
+            length = 0;
+            continue;
+          }
+          const int c = to_vertex(index, "triangle strip ", i, vertex_count);
+          if (++length >= 3 && a != b && b != c && c != a) {
+            const bool turned = length % 2 == 0;
+            soup_.corners.insert(soup_.corners.end(), {turned ? b : a, turned ? a : b, c});
+            soup_.end_polygon();
+          }
+          a = b;
+          b = c;
+        }
+      }
+    }
+  }
+
+  int to_vertex(double index, std::string_view what, std::size_t i, std::size_t vertex_count) const {
+    if (!(index >= 0) || !(index < static_cast<double>(vertex_count)) || index != std::floor(index))
+      fail_read(file_, values_.where(),
+                concat(what, i + 1, " uses vertex ", index, " (counted from 0), but the file has ", vertex_count,
+                       ". Export the mesh again."));
+    return static_cast<int>(index);
   }
 
   const FileBytes& file_;
@@ -309,11 +349,9 @@ MeshFile read_body(const FileBytes& file, const Header& header, Values values) {
   bool has_faces = false;
   for (const auto& element : header.elements) {
     if (element.name == "vertex") vertex_count = element.count;
-    has_faces |= element.name == "face" && element.count > 0;
+    has_faces |= (element.name == "face" || element.name == "tristrips") && element.count > 0;
   }
-  if (!has_faces)
-    fail_read(file, "header",
-              "there are no faces: this is a cloud of points, or triangle strips. Export it as a mesh of polygons.");
+  if (!has_faces) fail_read(file, "header", "there are no faces: this is a cloud of points. Export it as a mesh of polygons.");
   BodyReader<Values> reader(file, std::move(values));
   for (const auto& element : header.elements) reader.read(element, vertex_count);
   const std::size_t extra = reader.left_over();
@@ -324,7 +362,9 @@ MeshFile read_body(const FileBytes& file, const Header& header, Values values) {
 
 }  // namespace
 
-MeshFile read_ply(const FileBytes& file) {
+bool is_ply(std::string_view bytes) { return begins_with_word(bytes, "ply"); }
+
+MeshFile read_ply(const FileBytes& file, const ReadOptions&) {
   const Header header = read_header(file);
   if (header.encoding == Encoding::ascii) return read_body(file, header, AsciiValues(file, header.bytes));
   static_assert(std::endian::native == std::endian::little);

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 
@@ -6,14 +7,21 @@
 namespace rayrep::detail {
 namespace {
 
-// Clipping ears takes time in the square of the corners: this many take seconds.
+// Clipping ears can take time in the square of the corners: this many take seconds.
 constexpr std::size_t kMaxCornersOfFace = 50000;
+
+/// A face whose corners lie further from a plane than this times its size is not flat: its surface depends on how it is split.
+constexpr double kFlat = 1e-9;
+
+/// A face that is less flat than this is worth a note: its volume depends on the split visibly.
+constexpr double kNoteworthy = 1e-3;
 
 /// A polygon seen along its Newell normal, counter-clockwise. A coordinate is dropped rather than the polygon turned,
 /// so that the coordinates stay exact.
 struct Projection {
   std::vector<Eigen::Vector2d> points;
   bool has_area = false;
+  double bulge = 0;  ///< largest distance of a corner from the plane through the middle of the corners, relative to their box
 };
 
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
@@ -33,8 +41,47 @@ Projection project(std::span<const int> polygon, const Mesh& mesh) {
   int v = (axis + 2) % 3;
   if (normal[axis] < 0) std::swap(u, v);
   result.points.reserve(polygon.size());
-  for (const int i : polygon) result.points.emplace_back(mesh.vertices[i][u], mesh.vertices[i][v]);
+  Eigen::AlignedBox3d box;
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const int i : polygon) {
+    result.points.emplace_back(mesh.vertices[i][u], mesh.vertices[i][v]);
+    box.extend(mesh.vertices[i]);
+    middle += (mesh.vertices[i] - origin) / static_cast<double>(polygon.size());
+  }
+  if (!result.has_area) return result;
+  normal.normalize();
+  for (const int i : polygon)
+    result.bulge = std::max(result.bulge, std::abs(normal.dot(mesh.vertices[i] - origin - middle)) / box.diagonal().norm());
   return result;
+}
+
+bool comes_first(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+}
+
+/// The same polygon from its corner of smallest coordinates on, so that nothing depends on where the file starts it.
+std::vector<int> from_first_corner(std::span<const int> polygon, const Mesh& mesh) {
+  const auto earlier = [&](int a, int b) { return comes_first(mesh.vertices[a], mesh.vertices[b]); };
+  const std::size_t n = polygon.size();
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < n; ++i) {
+    // Corners repeat where a hole is joined by a double edge: then the one that follows decides.
+    const bool same = mesh.vertices[polygon[i]] == mesh.vertices[polygon[best]];
+    if (same ? earlier(polygon[(i + 1) % n], polygon[(best + 1) % n]) : earlier(polygon[i], polygon[best])) best = i;
+  }
+  std::vector<int> result(polygon.begin(), polygon.end());
+  std::rotate(result.begin(), result.begin() + static_cast<std::ptrdiff_t>(best), result.end());
+  return result;
+}
+
+/// True if the quad from its first corner on is better split from its second to its fourth corner: along the shorter diagonal that
+/// runs inside.
+bool splits_at_second(const std::vector<int>& quad, const Mesh& mesh, const std::vector<Eigen::Vector2d>& p) {
+  const bool first = cross(p[0], p[1], p[2]) > 0 && cross(p[0], p[2], p[3]) > 0;
+  const bool second = cross(p[1], p[2], p[3]) > 0 && cross(p[1], p[3], p[0]) > 0;
+  if (first != second) return second;
+  const auto length = [&](int a, int b) { return (mesh.vertices[quad[a]] - mesh.vertices[quad[b]]).squaredNorm(); };
+  return length(1, 3) < length(0, 2);
 }
 
 bool is_strictly_convex(const std::vector<Eigen::Vector2d>& p) {
@@ -43,10 +90,84 @@ bool is_strictly_convex(const std::vector<Eigen::Vector2d>& p) {
   return true;
 }
 
+/// Points in square cells, about one each, to find those in a box.
+class Grid {
+public:
+  explicit Grid(const std::vector<Eigen::Vector2d>& points) {
+    for (const auto& p : points) box_.extend(p);
+    const double cells = std::sqrt(static_cast<double>(points.size()));
+    columns_ = static_cast<int>(cells) + 1;
+    const Eigen::Vector2d size = box_.sizes();
+    for (int k = 0; k < 2; ++k) per_length_[k] = size[k] > 0 && std::isfinite(size[k]) ? cells / size[k] : 0;
+    first_.assign(static_cast<std::size_t>(columns_) * columns_ + 1, 0);
+    for (const auto& p : points) ++first_[cell(column(p.x(), 0), column(p.y(), 1)) + 1];
+    for (std::size_t c = 1; c < first_.size(); ++c) first_[c] += first_[c - 1];
+    points_.resize(points.size());
+    std::vector<std::size_t> next = first_;
+    for (std::size_t i = 0; i < points.size(); ++i) points_[next[cell(column(points[i].x(), 0), column(points[i].y(), 1))]++] = i;
+  }
+
+  /// True if found(i) holds for any of the points in the cells that a triangle touches.
+  template <class Found>
+  bool any_in(const std::array<Eigen::Vector2d, 3>& triangle, const Found& found) const {
+    Eigen::AlignedBox2d box;
+    for (const auto& p : triangle) box.extend(p);
+    const int top = column(box.max().y(), 1);
+    for (int y = column(box.min().y(), 1); y <= top; ++y) {
+      // Only the stretch of the row that the triangle crosses, since an ear may be long and thin; a cell more for rounding.
+      const auto [low, high] = extent_in_row(triangle, y);
+      const int right = std::min(column(high, 0) + 1, columns_ - 1);
+      for (int x = std::max(column(low, 0) - 1, 0); x <= right; ++x)
+        for (std::size_t n = first_[cell(x, y)]; n < first_[cell(x, y) + 1]; ++n)
+          if (found(points_[n])) return true;
+    }
+    return false;
+  }
+
+private:
+  /// Monotonic, so that a point in the box lies in one of its cells; NaN in column 0.
+  int column(double coordinate, int axis) const {
+    const double cells = (coordinate - box_.min()[axis]) * per_length_[axis];
+    return cells > 0 ? static_cast<int>(std::min<double>(cells, columns_ - 1)) : 0;
+  }
+  /// Smallest and largest x of a triangle between the heights of a row, which are taken a little wider.
+  std::pair<double, double> extent_in_row(const std::array<Eigen::Vector2d, 3>& triangle, int row) const {
+    if (per_length_[1] == 0) return {box_.min().x(), box_.max().x()};
+    const double bottom = box_.min().y() + (row - 0.01) / per_length_[1];
+    const double top = box_.min().y() + (row + 1.01) / per_length_[1];
+    double low = box_.max().x();
+    double high = box_.min().x();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto& p = triangle[k];
+      const auto& q = triangle[(k + 1) % 3];
+      for (const double level : {p.y(), q.y(), bottom, top}) {
+        if (level < bottom || level > top || level < std::min(p.y(), q.y()) || level > std::max(p.y(), q.y())) continue;
+        const double rise = q.y() - p.y();
+        const double x = rise == 0 ? p.x() : p.x() + (level - p.y()) / rise * (q.x() - p.x());
+        low = std::min(low, x);
+        high = std::max(high, x);
+        if (rise == 0) {
+          low = std::min(low, q.x());
+          high = std::max(high, q.x());
+        }
+      }
+    }
+    return {low, high};
+  }
+  std::size_t cell(int x, int y) const { return static_cast<std::size_t>(y) * columns_ + x; }
+
+  Eigen::AlignedBox2d box_;
+  Eigen::Vector2d per_length_;
+  int columns_ = 1;
+  std::vector<std::size_t> first_;  ///< of each cell, into points_
+  std::vector<std::size_t> points_;
+};
+
 /// Cuts ears off one polygon; the corners that remain form a ring of indices.
 class EarClipper {
 public:
-  explicit EarClipper(const std::vector<Eigen::Vector2d>& points) : p_(points), before_(p_.size()), after_(p_.size()) {
+  explicit EarClipper(const std::vector<Eigen::Vector2d>& points)
+      : p_(points), grid_(points), gone_(p_.size()), before_(p_.size()), after_(p_.size()) {
     for (std::size_t i = 0, n = p_.size(); i < n; ++i) {
       before_[i] = (i + n - 1) % n;
       after_[i] = (i + 1) % n;
@@ -74,6 +195,7 @@ public:
       emit(a, at, c);
       after_[a] = c;
       before_[c] = a;
+      gone_[at] = true;
       ear_[a] = is_ear(a);
       ear_[c] = is_ear(c);
       at = after_[c];  // not c: alternating corners makes fewer slivers
@@ -96,16 +218,17 @@ private:
     const auto& b = p_[i];
     const auto& c = p_[after_[i]];
     if (!(cross(a, b, c) > 0)) return false;
-    for (std::size_t j = after_[after_[i]]; j != before_[i]; j = after_[j]) {
+    return !grid_.any_in({a, b, c}, [&](std::size_t j) {
       const auto& q = p_[j];
       // Corners repeat where a hole is joined to the outline by a double edge; such a twin blocks nothing.
-      if (q == a || q == b || q == c) continue;
-      if (cross(a, b, q) >= 0 && cross(b, c, q) >= 0 && cross(c, a, q) >= 0) return false;
-    }
-    return true;
+      if (gone_[j] || q == a || q == b || q == c) return false;
+      return cross(a, b, q) >= 0 && cross(b, c, q) >= 0 && cross(c, a, q) >= 0;
+    });
   }
 
   const std::vector<Eigen::Vector2d>& p_;
+  Grid grid_;
+  std::vector<bool> gone_;
   std::vector<std::size_t> before_;
   std::vector<std::size_t> after_;
   std::vector<bool> ear_;
@@ -123,18 +246,34 @@ void PolygonSoup::end_polygon() {
   }
 }
 
-void append_triangulated(std::span<const int> polygon, Mesh& mesh) {
+double append_triangulated(std::span<const int> polygon, Mesh& mesh) {
   assert(polygon.size() >= 3);
   const auto emit = [&](std::size_t a, std::size_t b, std::size_t c) {
     mesh.triangles.emplace_back(polygon[a], polygon[b], polygon[c]);
   };
-  if (polygon.size() == 3) return emit(0, 1, 2);
-  const Projection seen = project(polygon, mesh);
+  if (polygon.size() == 3) {
+    emit(0, 1, 2);
+    return 0;
+  }
+  Projection seen = project(polygon, mesh);
+  std::vector<int> reordered;
+  if (seen.bulge > kFlat) {
+    reordered = from_first_corner(polygon, mesh);
+    polygon = reordered;
+    seen = project(polygon, mesh);
+    if (polygon.size() == 4) {
+      const std::size_t second = splits_at_second(reordered, mesh, seen.points) ? 1 : 0;
+      emit(second, second + 1, second + 2);
+      emit(second, second + 2, (second + 3) % 4);
+      return seen.bulge;
+    }
+  }
   if (!seen.has_area || is_strictly_convex(seen.points)) {
     for (std::size_t i = 1; i + 1 < polygon.size(); ++i) emit(0, i, i + 1);
   } else {
     EarClipper(seen.points).clip_all(emit);
   }
+  return seen.bulge;
 }
 
 MeshFile triangulated(const FileBytes& file, PolygonSoup&& soup, std::string format) {
@@ -144,14 +283,22 @@ MeshFile triangulated(const FileBytes& file, PolygonSoup&& soup, std::string for
   result.mesh.vertices = std::move(soup.vertices);
   result.mesh.triangles.reserve(soup.corners.size() - 2 * soup.ends.size());
   std::size_t begin = 0;
+  std::size_t bent = 0;
+  double largest = 0;
   for (std::size_t i = 0; i < soup.ends.size(); begin = soup.ends[i++]) {
     const auto polygon = std::span<const int>(soup.corners).subspan(begin, soup.ends[i] - begin);
     if (polygon.size() > kMaxCornersOfFace)
       fail_read(file, concat("face ", i + 1),
                 concat("a single face has ", polygon.size(), " corners; at most ", kMaxCornersOfFace,
                        " are supported. Triangulate the mesh in the program that made it."));
-    append_triangulated(polygon, result.mesh);
+    const double bulge = append_triangulated(polygon, result.mesh);
+    bent += bulge > kNoteworthy;
+    largest = std::max(largest, bulge);
   }
+  if (bent > 0)
+    result.notes.push_back(concat(plural(bent, "face is", "faces are"), " not flat, by up to ", std::round(1000 * largest) / 10,
+                                  " % of ", bent == 1 ? "its" : "their",
+                                  " size: the surface and the volume depend on how they are split into triangles."));
   if (soup.dropped > 0)
     result.notes.push_back(plural(soup.dropped, "face of fewer than three corners was", "faces of fewer than three corners were") +
                            " ignored.");

@@ -45,26 +45,33 @@ MeshFile read_binary(const FileBytes& file) {
   const std::size_t announced = announced_triangles(bytes);
   const std::size_t body = bytes.size() - kPreambleBytes;
   const std::size_t present = body / kTriangleBytes;
-  if (announced == 0)
+  // A size that is right to the byte is believed rather than the count: some programs never come back to fill it in. If the file is
+  // cut off after all, its surface is not closed.
+  const bool size_counts = present > 0 && body % kTriangleBytes == 0 && bytes.substr(0, 4096).find('\0') != std::string_view::npos;
+  if (announced == 0 && !size_counts)
     fail_read(file, "byte 80", concat("the header announces no triangles, and ", body, " bytes follow it. Export the mesh again."));
-  if (announced > present)
+  if (announced > present && !size_counts)
     fail_read(file, concat("byte ", kPreambleBytes + present * kTriangleBytes),
               concat("the header announces ", announced, " triangles, but the file ends after ", present,
                      ". It is cut off or not a binary STL file; export or download it again."));
   MeshFile result;
   result.format = "STL binary";
-  result.polygons = announced;
+  const std::size_t count = size_counts ? present : announced;
+  result.polygons = count;
   Mesh& mesh = result.mesh;
-  mesh.vertices.reserve(3 * announced);
-  mesh.triangles.reserve(announced);
-  for (std::size_t t = 0; t < announced; ++t) {
+  mesh.vertices.reserve(3 * count);
+  mesh.triangles.reserve(count);
+  for (std::size_t t = 0; t < count; ++t) {
     std::array<float, 9> corners;
     std::memcpy(corners.data(), bytes.data() + kPreambleBytes + t * kTriangleBytes + 12, sizeof corners);
     for (int k = 0; k < 9; k += 3) mesh.vertices.emplace_back(corners[k], corners[k + 1], corners[k + 2]);
     append_corner_triangle(mesh);
   }
-  if (const std::size_t extra = body - announced * kTriangleBytes)
-    result.notes.push_back(concat("Ignored ", plural(extra, "byte", "bytes"), " after the last of the ", announced, " triangles."));
+  if (count != announced)
+    result.notes.push_back(concat("The header announces ", announced, " triangles, but the file has the size of ", count, ": all ",
+                                  count, " were read."));
+  if (const std::size_t extra = body - count * kTriangleBytes)
+    result.notes.push_back(concat("Ignored ", plural(extra, "byte", "bytes"), " after the last of the ", count, " triangles."));
   return result;
 }
 
@@ -116,11 +123,12 @@ MeshFile read_ascii(const FileBytes& file) {
 
 }  // namespace
 
+/// True if the file has exactly the size that the triangle count in its 80 byte + 4 header calls for.
 bool has_exact_binary_stl_size(std::string_view bytes) {
   return bytes.size() >= kPreambleBytes && bytes.size() == kPreambleBytes + kTriangleBytes * announced_triangles(bytes);
 }
 
-MeshFile read_stl(const FileBytes& file) {
+MeshFile read_stl(const FileBytes& file, const ReadOptions&) {
   if (has_exact_binary_stl_size(file.bytes) || !is_ascii(file.bytes)) return read_binary(file);
   return read_ascii(file);
 }

@@ -27,6 +27,11 @@ std::string lower_case(std::string_view text) {
   return result;
 }
 
+bool begins_with_word(std::string_view bytes, std::string_view word) {
+  return bytes.starts_with(word) &&
+         (bytes.size() == word.size() || std::string_view(" \t\r\n").find(bytes[word.size()]) != std::string_view::npos);
+}
+
 TextScanner::TextScanner(const FileBytes& file, std::size_t offset) : file_(file), position_(offset), word_start_(offset) {}
 
 std::string_view TextScanner::word() {

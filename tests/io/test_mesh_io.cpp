@@ -24,6 +24,7 @@
 #include "io/mesh_io_detail.h"
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
+#include "rayrep/mesh/mesh_check.h"
 
 namespace rayrep {
 namespace {
@@ -299,7 +300,7 @@ TEST_F(MeshIo, SameMeshGivesTheSameBytesInEveryTimeZone) {
   }
 }
 
-TEST_F(MeshIo, WrittenThreeMfLocksTheInfill) {
+TEST_F(MeshIo, WrittenThreeMfLocksTheInfillAndKeepsSupportsOutOfCavities) {
   const fs::path path = folder_ / "body.3mf";
   write_mesh(path, box(1, 2, 3));
   int error = 0;
@@ -308,14 +309,22 @@ TEST_F(MeshIo, WrittenThreeMfLocksTheInfill) {
   std::set<std::string> parts;
   for (zip_int64_t i = 0; i < zip_get_num_entries(archive, 0); ++i)
     parts.insert(zip_get_name(archive, static_cast<zip_uint64_t>(i), 0));
-  EXPECT_EQ(parts,
-            (std::set<std::string>{"[Content_Types].xml", "_rels/.rels", "3D/3dmodel.model", "Metadata/Slic3r_PE_model.config"}));
-  std::string config(4096, '\0');
-  zip_file_t* part = zip_fopen(archive, "Metadata/Slic3r_PE_model.config", 0);
-  ASSERT_NE(part, nullptr);
-  config.resize(static_cast<std::size_t>(zip_fread(part, config.data(), config.size())));
-  zip_fclose(part);
+  EXPECT_EQ(parts, (std::set<std::string>{"[Content_Types].xml", "_rels/.rels", "3D/3dmodel.model",
+                                          "Metadata/Slic3r_PE_model.config", "Metadata/model_settings.config"}));
+  const auto unpacked = [archive](const char* name) {
+    std::string text(4096, '\0');
+    zip_file_t* part = zip_fopen(archive, name, 0);
+    if (part == nullptr) return std::string();
+    text.resize(static_cast<std::size_t>(zip_fread(part, text.data(), text.size())));
+    zip_fclose(part);
+    return text;
+  };
+  const std::string config = unpacked("Metadata/Slic3r_PE_model.config");
+  const std::string bambu = unpacked("Metadata/model_settings.config");
   zip_discard(archive);
+  EXPECT_MENTIONS(config, "key=\"support_material_buildplate_only\" value=\"1\"");
+  EXPECT_MENTIONS(bambu, "key=\"sparse_infill_density\" value=\"100%\"");
+  EXPECT_MENTIONS(bambu, "key=\"support_on_build_plate_only\" value=\"1\"");
   EXPECT_MENTIONS(config, "key=\"fill_density\" value=\"100%\"");
   EXPECT_MENTIONS(config, "firstid=\"0\" lastid=\"11\"");
 }
@@ -342,10 +351,15 @@ TEST_F(MeshIo, EveryFileOfTheSharedMeshes) {
     std::set<std::array<double, 3>> used;
     for (const auto& p : corners(file.mesh)) used.insert({p.x() + 0.0, p.y() + 0.0, p.z() + 0.0});
     EXPECT_EQ(used.size(), expected["vertices"].get<std::size_t>());
-    EXPECT_TRUE(file.notes.empty()) << file.notes.front();
+    // Faces that are not flat are split otherwise than the table's reader does.
+    const bool is_bent = !file.notes.empty() && file.notes.front().find("not flat") != std::string::npos;
+    EXPECT_TRUE(file.notes.empty() || is_bent) << file.notes.front();
     // The table has 9 digits, about the middle of the box, and took the numbers of ASCII STL as float32.
     const double v = expected["volume"];
-    EXPECT_NEAR(volume(file.mesh, bounding_box(file.mesh).center()), v, std::abs(v) * (format == "STL ASCII" ? 1e-7 : 5e-9));
+    EXPECT_NEAR(volume(file.mesh, bounding_box(file.mesh).center()), v,
+                std::abs(v) * (is_bent                 ? 1e-2
+                               : format == "STL ASCII" ? 1e-7
+                                                       : 5e-9));
   }
 }
 
@@ -364,6 +378,37 @@ TEST_F(MeshIo, SharedMeshesSurviveEveryKind) {
       }
     }
   }
+}
+
+TEST_F(MeshIo, EveryCaseThatFailedBefore) {
+  const fs::path cases = fs::path(RAYREP_SHARED_MESHES).parent_path() / "cases";
+  if (!fs::exists(cases)) GTEST_SKIP() << "no " << cases;
+  struct Case {
+    const char* name;
+    double volume_cm3;
+    const char* note;
+  };
+  for (const Case& c : {Case{"c_prusa_NegativeVolume.3mf", 7.0, "1 negative volume subtracted"},
+                        Case{"c_prusa_ParameterModifier.3mf", 8.0, "'ParameterModifier' left out"},
+                        Case{"c_prusa_SupportBlocker.3mf", 8.0, "'SupportBlocker' left out"},
+                        Case{"c_bambu_modifier_outside.3mf", 8.0, "'modifier_part' left out"},
+                        Case{"r_type_other.3mf", 8.0, "'other' left out"}, Case{"d_count0.stl", 32.9755, "announces 0 triangles"},
+                        Case{"f_tristrips.ply", 6.0, ""}, Case{"k_quads1.obj", 9.13333, "not flat"},
+                        Case{"k_quads2.obj", 9.13333, "not flat"}, Case{"parts_5.3mf", 24.0, "6 objects"}}) {
+    SCOPED_TRACE(c.name);
+    const MeshFile file = read_mesh(cases / c.name);
+    const CheckedMesh checked = require_solid(file.mesh, c.name);
+    EXPECT_NEAR(volume(boundary_of_union(checked.mesh)) / 1000, c.volume_cm3, 1e-5 * c.volume_cm3);
+    if (std::string(c.name).find("_prusa_") != std::string::npos) {
+      EXPECT_EQ(bounding_box(checked.mesh).sizes().z(), 20);
+    }
+    ASSERT_EQ(file.notes.size(), *c.note == '\0' ? 0u : 1u);
+    for (const auto& note : file.notes) EXPECT_MENTIONS(note, c.note);
+  }
+  EXPECT_MENTIONS(refusal(cases / "w_torus_sliced.3mf"), "slices");
+  EXPECT_EQ(read_mesh(cases / "quadratic_20000.3mf").mesh.triangles.size() % 12, 0u);
+  // 78 KB that unpack to 79 MB of text and five times 250 MB of tags, one part after the other.
+  EXPECT_MENTIONS(refused([&] { read_mesh(cases / "parts_5.3mf", {.memory_bytes = 200'000'000}); }), "200 MB");
 }
 
 // ---- units ---------------------------------------------------------------------------------------------------------
@@ -409,11 +454,22 @@ TEST_F(MeshIo, BinaryStlWhoseHeaderBeginsWithSolid) {
 TEST_F(MeshIo, BinaryStlThatIsCutOffOrEmpty) {
   const std::string good = binary_stl(box(1, 2, 3), "", 12);
   EXPECT_MENTIONS(refusal("cut.stl", good.substr(0, good.size() - 1)), "12 triangles, but the file ends after 11");
-  EXPECT_MENTIONS(refusal("count.stl", binary_stl(box(1, 2, 3), "", 4000000000u)), "4000000000");
-  EXPECT_MENTIONS(refusal("zero.stl", binary_stl(box(1, 2, 3), "", 0)), "no triangles");
+  EXPECT_MENTIONS(refusal("zero.stl", binary_stl(box(1, 2, 3), "", 0) + "x"), "no triangles");
   EXPECT_MENTIONS(refusal("none.stl", binary_stl({}, "", 0)), "no triangles");
   EXPECT_MENTIONS(refusal("short.stl", good.substr(0, 83)), "83 bytes");
   EXPECT_MENTIONS(refusal("empty.stl", ""), "empty");
+}
+
+TEST_F(MeshIo, BinaryStlWithAWrongCountButTheRightSize) {
+  for (const std::uint32_t announced : {0u, 3u, 13u, 0xFFFFFFFFu}) {
+    const MeshFile file = read("count.stl", binary_stl(box(1, 2, 3), "", announced));
+    EXPECT_EQ(file.polygons, 12u);
+    EXPECT_DOUBLE_EQ(volume(file.mesh), 6);
+    ASSERT_EQ(file.notes.size(), 1u) << announced;
+    EXPECT_MENTIONS(file.notes[0], "announces " + std::to_string(announced) + " triangles");
+  }
+  // Text of any size stays refused.
+  EXPECT_MENTIONS(refusal("text.stl", std::string(84 + 50 * 12, 'x')), "not a binary STL");
 }
 
 TEST_F(MeshIo, AsciiStlInItsManySpellings) {
@@ -616,6 +672,69 @@ TEST_F(MeshIo, HopelessPolygonsStillEndInTriangles) {
   }
 }
 
+/// An OBJ file of quads, each written from its corner `start` on.
+std::string quads_obj(const std::string& vertices, const std::vector<std::vector<int>>& faces, std::size_t start) {
+  std::string text = vertices;
+  for (const auto& face : faces) {
+    text += "f";
+    for (std::size_t k = 0; k < face.size(); ++k) text += " " + std::to_string(face[(k + start) % face.size()]);
+    text += "\n";
+  }
+  return text;
+}
+
+std::set<std::set<int>> triangle_sets(const Mesh& mesh) {
+  std::set<std::set<int>> result;
+  for (const auto& t : mesh.triangles) result.insert({t[0], t[1], t[2]});
+  return result;
+}
+
+TEST_F(MeshIo, FacesThatAreNotFlatDoNotDependOnTheirFirstCorner) {
+  const std::vector<std::vector<int>> cube = {{1, 4, 3, 2}, {5, 6, 7, 8}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 4, 8, 7}, {4, 1, 5, 8}};
+  const std::string bent = "v 0 0 0\nv 20 0 0\nv 20 20 0\nv 0 20 0\nv 0 0 20\nv 20 0 20\nv 26 24 27\nv 0 20 20\n";
+  const std::string ties = "v 0 0 0\nv 2 0 1\nv 2 2 0\nv 0 2 1\n";  // both diagonals are as long
+  const std::string hexagon = "v 2 0 1\nv 1 2 0\nv -1 2 1\nv -2 0 0\nv -1 -2 1\nv 1 -2 0\n";
+  const std::string concave = "v 0 0 0\nv 4 0 1\nv 4 4 0\nv 3 1 2\nv 1 1 0\nv 0 4 1\n";
+  const std::string dart = "v 0 0 0\nv 4 0 0\nv 1 1 1\nv 0 4 0\n";  // only the diagonal at the dent runs inside
+  for (const auto& [vertices, faces] : {std::pair{bent, cube}, std::pair{ties, std::vector<std::vector<int>>{{1, 2, 3, 4}}},
+                                        std::pair{hexagon, std::vector<std::vector<int>>{{1, 2, 3, 4, 5, 6}}},
+                                        std::pair{concave, std::vector<std::vector<int>>{{1, 2, 3, 4, 5, 6}}},
+                                        std::pair{dart, std::vector<std::vector<int>>{{1, 2, 3, 4}}}}) {
+    const MeshFile first = read("bent.obj", quads_obj(vertices, faces, 0));
+    ASSERT_EQ(first.notes.size(), 1u);
+    EXPECT_MENTIONS(first.notes[0], "not flat");
+    for (std::size_t start = 1; start < faces[0].size(); ++start) {
+      const Mesh mesh = read("bent.obj", quads_obj(vertices, faces, start)).mesh;
+      if (faces.size() == 1) {
+        EXPECT_EQ(triangle_sets(mesh), triangle_sets(first.mesh)) << start;
+      } else {  // flat faces may be split either way
+        EXPECT_NEAR(volume(mesh), volume(first.mesh), 1e-9 * volume(first.mesh)) << start;
+      }
+    }
+  }
+  EXPECT_TRUE(triangle_sets(read("d.obj", quads_obj(dart, {{1, 2, 3, 4}}, 0)).mesh).contains({0, 1, 2}));
+  // The shorter diagonal: of (0, 0, 0) to (3, 3, 0) and (1, 0, 1) to (0, 1, 1).
+  const std::string kite = "v 0 0 0\nv 1 0 1\nv 3 3 0\nv 0 1 1\n";
+  EXPECT_EQ(triangle_sets(read("k.obj", quads_obj(kite, {{1, 2, 3, 4}}, 0)).mesh), (std::set<std::set<int>>{{0, 1, 3}, {1, 2, 3}}));
+  // What text formats round off is no bend.
+  EXPECT_TRUE(read("flat.obj", "v 0 0 0\nv 1 0 0.0000001\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n").notes.empty());
+}
+
+TEST_F(MeshIo, ACombOfTenThousandTeethIsCutIntoEars) {
+  // Ears of a comb look at their neighbours only; without the grid this takes a minute in this build.
+  constexpr int kTeeth = 10000;
+  std::string text;
+  std::string face = "f 1 2";
+  text += "v 0 -1 0\nv " + std::to_string(2 * kTeeth) + " -1 0\n";
+  for (int i = 2 * kTeeth; i >= 0; --i) {
+    text += "v " + std::to_string(i) + " " + std::to_string(i % 2) + " 0\n";
+    face += " " + std::to_string(2 * kTeeth - i + 3);
+  }
+  const MeshFile file = read("comb.obj", text + face + "\n");
+  EXPECT_EQ(file.mesh.triangles.size(), 2u * kTeeth + 1);
+  EXPECT_NEAR(area(file.mesh), 3.0 * kTeeth, 1e-6);
+}
+
 // ---- PLY -----------------------------------------------------------------------------------------------------------
 
 std::string ply_header(const std::string& format, const std::string& index_type) {
@@ -706,6 +825,37 @@ TEST_F(MeshIo, PlyThatLies) {
                               without(header("3", "1"), "ply\nformat ascii 1.0\n") + triangle)
                 .mesh.triangles.size(),
             1u);
+}
+
+TEST_F(MeshIo, PlyTriangleStrips) {
+  // A tetrahedron as one strip, one turned by a repeated corner, and two strips in one list.
+  const std::string head =
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+      "element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
+  for (const char* strip : {"6 0 2 1 3 0 2\n", "7 0 2 1 1 3 3 0\n", "11 0 2 1 -1 0 1 3 -1 1 2 3\n", "9 0 2 1 3 0 2 2 2 2\n"}) {
+    const MeshFile file = read("strip.ply", head + strip);
+    EXPECT_TRUE(file.notes.empty());
+    EXPECT_EQ(file.polygons, file.mesh.triangles.size());
+    if (std::string(strip).starts_with("6") || std::string(strip).starts_with("9")) {
+      EXPECT_EQ(file.mesh.triangles.size(), 4u);
+      EXPECT_DOUBLE_EQ(6 * volume(file.mesh), 1);
+    }
+  }
+  EXPECT_EQ(read("strip.ply", head + "11 0 2 1 -1 0 1 3 -1 1 2 3\n").mesh.triangles,
+            (std::vector<Eigen::Vector3i>{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}}));
+  EXPECT_EQ(read("strip.ply", head + "5 0 2 1 1 3\n").mesh.triangles, (std::vector<Eigen::Vector3i>{{0, 2, 1}}));
+  EXPECT_MENTIONS(refusal("strip.ply", head + "3 0 1 4\n"), "vertex 4");
+  EXPECT_MENTIONS(refusal("strip.ply", head + "3 0 1 -2\n"), "vertex -2");
+}
+
+TEST_F(MeshIo, PlyHeadersOfManyElements) {
+  std::string header = "ply\nformat ascii 1.0\n";
+  for (int i = 0; i < 200000; ++i) header += "element e" + std::to_string(i) + " 0\n";
+  const std::string rest =
+      "element vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+      "property list uchar int vertex_index\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+  EXPECT_EQ(read("many.ply", header + rest).mesh.triangles.size(), 1u);
+  EXPECT_MENTIONS(refusal("twice.ply", header + "element e7 0\n" + rest), "declared twice");
 }
 
 // ---- OFF -----------------------------------------------------------------------------------------------------------
@@ -820,12 +970,171 @@ TEST_F(MeshIo, ThreeMfPartsRelationshipsPrefixesAndSupports) {
   EXPECT_EQ(read("c.3mf", zipped({{"3D/3dmodel.model", prefixed}})).mesh.vertices[2].y(), 25.4);
 }
 
-TEST_F(MeshIo, ThreeMfSlicerVolumesAreSaid) {
-  const std::string model = model_xml("", object_xml("1", mesh_xml(box(1, 2, 3))), "<item objectid=\"1\"/>");
-  const MeshFile file = read(
-      "n.3mf", zipped({{"3D/3dmodel.model", model}, {"Metadata/Slic3r_PE_model.config", "<metadata value=\"NegativeVolume\"/>"}}));
-  ASSERT_EQ(file.notes.size(), 1u);
-  EXPECT_MENTIONS(file.notes[0], "NegativeVolume");
+/// A box between two corners.
+Mesh box_from(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+  Mesh mesh = box(high.x() - low.x(), high.y() - low.y(), high.z() - low.z());
+  for (auto& v : mesh.vertices) v += low;
+  return mesh;
+}
+
+struct Volume {
+  std::string kind;  ///< as the slicer writes it
+  Mesh mesh;
+};
+
+/// The volumes as triangles of one object, told apart as PrusaSlicer does.
+std::string prusa_3mf(const std::vector<Volume>& volumes, const std::string& item = "") {
+  Mesh all;
+  std::string config = "<config><object id=\"1\" instances_count=\"1\">";
+  for (const Volume& v : volumes) {
+    config += "<volume firstid=\"" + std::to_string(all.triangles.size()) + "\" lastid=\"" +
+              std::to_string(all.triangles.size() + v.mesh.triangles.size() - 1) +
+              "\"><metadata type=\"volume\" key=\"volume_type\" value=\"" + v.kind + "\"/></volume>";
+    append(all, v.mesh);
+  }
+  return zipped({{"3D/3dmodel.model", model_xml("", object_xml("1", mesh_xml(all)), "<item objectid=\"1\" " + item + "/>")},
+                 {"Metadata/Slic3r_PE_model.config", config + "</object></config>"}});
+}
+
+/// The volumes as components of one object, told apart as Bambu Studio and OrcaSlicer do.
+std::string bambu_3mf(const std::vector<Volume>& volumes, const std::string& item = "") {
+  std::string objects;
+  std::string components;
+  std::string config = "<config><object id=\"99\"><metadata key=\"name\" value=\"x\"/>";
+  for (std::size_t i = 0; i < volumes.size(); ++i) {
+    const std::string id = std::to_string(i + 1);
+    objects += object_xml(id, mesh_xml(volumes[i].mesh));
+    components += "<component objectid=\"" + id + "\"/>";
+    config += "<part id=\"" + id + "\" subtype=\"" + volumes[i].kind + "\"/>";
+  }
+  return zipped({{"3D/3dmodel.model", model_xml("", objects + object_xml("99", "<components>" + components + "</components>"),
+                                                "<item objectid=\"99\" " + item + "/>")},
+                 {"Metadata/model_settings.config", config + "</object></config>"}});
+}
+
+TEST_F(MeshIo, ThreeMfVolumesThatAreNoMaterialAreLeftOut) {
+  const Mesh body = box(2, 2, 2);
+  const Mesh other = box_from({-1, 0.5, 0.5}, {3, 1, 1});
+  for (const char* kind : {"ParameterModifier", "SupportBlocker", "SupportEnforcer"}) {
+    for (const auto& volumes : {std::vector<Volume>{{"ModelPart", body}, {kind, other}}, {{kind, other}, {"ModelPart", body}}}) {
+      const MeshFile file = read("p.3mf", prusa_3mf(volumes));
+      EXPECT_DOUBLE_EQ(volume(file.mesh), 8);
+      EXPECT_EQ(bounding_box(file.mesh).sizes(), Eigen::Vector3d(2, 2, 2));
+      ASSERT_EQ(file.notes.size(), 1u);
+      EXPECT_MENTIONS(file.notes[0], std::string("1 volume marked '") + kind + "' left out");
+    }
+  }
+  for (const char* kind : {"modifier_part", "support_blocker", "support_enforcer"}) {
+    const MeshFile file = read("b.3mf", bambu_3mf({{kind, other}, {"normal_part", body}, {kind, other}}));
+    EXPECT_DOUBLE_EQ(volume(file.mesh), 8);
+    ASSERT_EQ(file.notes.size(), 1u);
+    EXPECT_MENTIONS(file.notes[0], std::string("2 volumes marked '") + kind + "' left out");
+  }
+  for (const char* type : {"other", "surface"}) {
+    const std::string objects = object_xml("1", mesh_xml(body)) +
+                                object_xml("2", mesh_xml(other), std::string("type=\"") + type + "\"") +
+                                object_xml("3", "<components><component objectid=\"1\"/><component objectid=\"2\"/></components>");
+    const MeshFile file = read("o.3mf", three_mf("", objects, "<item objectid=\"3\"/>"));
+    EXPECT_DOUBLE_EQ(volume(file.mesh), 8);
+    ASSERT_EQ(file.notes.size(), 1u);
+    EXPECT_MENTIONS(file.notes[0], type);
+  }
+  // Old versions of Slic3r mark a modifier otherwise.
+  const std::string old = zipped({{"3D/3dmodel.model", model_xml("", object_xml("1", mesh_xml(body)), "<item objectid=\"1\"/>")},
+                                  {"Metadata/Slic3r_PE_model.config",
+                                   "<config><object id=\"1\"><volume firstid=\"0\" lastid=\"11\"><metadata type=\"volume\" "
+                                   "key=\"modifier\" value=\"1\"/></volume></object></config>"}});
+  EXPECT_MENTIONS(refusal("old.3mf", old), "no triangles");
+  EXPECT_MENTIONS(
+      refusal("range.3mf", zipped({{"3D/3dmodel.model", model_xml("", object_xml("1", mesh_xml(body)), "<item objectid=\"1\"/>")},
+                                   {"Metadata/Slic3r_PE_model.config",
+                                    "<config><object id=\"1\"><volume firstid=\"3\" lastid=\"12\"><metadata "
+                                    "key=\"volume_type\" value=\"SupportBlocker\"/></volume></object></config>"}})),
+      "triangles 3 to 12");
+}
+
+TEST_F(MeshIo, ThreeMfNegativeVolumesAreSubtracted) {
+  const Mesh body = box(2, 2, 2);
+  struct Case {
+    const char* what;
+    std::vector<Mesh> bodies;
+    std::vector<Mesh> negatives;
+    double volume;
+    double height;
+  };
+  Mesh reversed = box_from({0.5, 0.5, 0.5}, {1.5, 1.5, 1.5});
+  flip(reversed);
+  const Mesh slab = box_from({-1, -1, -1}, {3, 3, 1});
+  const Mesh second = box_from({1, 0, 0}, {3, 2, 2});
+  for (const Case& c : {Case{"inside", {body}, {box_from({0.5, 0.5, 0.5}, {1.5, 1.5, 1.5})}, 7, 2},
+                        Case{"inside, stored inside out", {body}, {reversed}, 7, 2},
+                        Case{"sticks out", {body}, {box_from({0.5, 0.5, -1}, {1.5, 1.5, 1})}, 7, 2},
+                        Case{"through", {body}, {box_from({0.5, 0.5, -1}, {1.5, 1.5, 3})}, 6, 2},
+                        Case{"flush with a face", {body}, {box_from({0.5, 0.5, 0}, {1.5, 1.5, 1})}, 7, 2},
+                        Case{"takes the lower half", {body}, {slab}, 4, 1},
+                        Case{"two that overlap",
+                             {body},
+                             {box_from({0.5, 0.5, -1}, {1.5, 1.5, 1}), box_from({0.5, 0.5, 0.5}, {1.5, 1.5, 1.5})},
+                             6.5,
+                             2},
+                        Case{"beside it", {body}, {box_from({5, 5, 5}, {6, 6, 6})}, 8, 2},
+                        Case{"two bodies that overlap", {body, second}, {box_from({0.5, 0.5, 0.5}, {2.5, 1.5, 1.5})}, 10, 2},
+                        Case{"two bodies that overlap, out", {body, second}, {box_from({1.25, 0.5, -1}, {1.75, 1.5, 3})}, 11, 2}}) {
+    for (const bool is_prusa : {true, false}) {
+      SCOPED_TRACE(std::string(c.what) + (is_prusa ? ", PrusaSlicer" : ", Bambu Studio"));
+      std::vector<Volume> volumes;
+      for (const Mesh& mesh : c.bodies) volumes.push_back({is_prusa ? "ModelPart" : "normal_part", mesh});
+      for (const Mesh& mesh : c.negatives) volumes.push_back({is_prusa ? "NegativeVolume" : "negative_part", mesh});
+      // Turned by 30 degrees about z, so that nothing is aligned.
+      const std::string item = "transform=\"0.8660254037844387 0.5 0 -0.5 0.8660254037844387 0 0 0 1 30 40 0\"";
+      for (const std::string& transform : {std::string(), item}) {
+        const MeshFile file = read("n.3mf", is_prusa ? prusa_3mf(volumes, transform) : bambu_3mf(volumes, transform));
+        const CheckedMesh checked = check_mesh(file.mesh);
+        EXPECT_TRUE(checked.report.usable) << checked.report.refusal;
+        EXPECT_EQ(checked.report.components_turned, 0u);
+        EXPECT_NEAR(volume(boundary_of_union(checked.mesh)), c.volume, 1e-9);
+        EXPECT_NEAR(bounding_box(checked.mesh).sizes().z(), c.height, 1e-9);
+        ASSERT_EQ(file.notes.size(), 1u);
+        EXPECT_MENTIONS(file.notes[0], c.negatives.size() == 1 ? "1 negative volume subtracted" : "2 negative volumes subtracted");
+      }
+    }
+  }
+}
+
+TEST_F(MeshIo, ThreeMfNegativeVolumesThatCannotBeSubtractedAreRefused) {
+  const Mesh body = box(2, 2, 2);
+  Mesh open = box_from({0.5, 0.5, -1}, {1.5, 1.5, 1});
+  open.triangles.pop_back();
+  EXPECT_MENTIONS(refusal("open.3mf", prusa_3mf({{"ModelPart", body}, {"NegativeVolume", open}})), "not closed");
+  EXPECT_MENTIONS(refusal("all.3mf", prusa_3mf({{"ModelPart", body}, {"NegativeVolume", box_from({-1, -1, -1}, {3, 3, 3})}})),
+                  "nothing would be left");
+  EXPECT_MENTIONS(refusal("only.3mf", prusa_3mf({{"NegativeVolume", body}})), "no triangles");
+}
+
+TEST_F(MeshIo, ThreeMfNegativeVolumesOfOneItemSpareTheOthers) {
+  const std::string objects = object_xml("1", mesh_xml(box(2, 2, 2))) +
+                              object_xml("2", mesh_xml(box_from({0.5, 0.5, -1}, {1.5, 1.5, 1}))) +
+                              object_xml("3", "<components><component objectid=\"1\"/><component objectid=\"2\"/></components>");
+  const std::string bytes =
+      zipped({{"3D/3dmodel.model",
+               model_xml("", objects, "<item objectid=\"3\"/><item objectid=\"1\" transform=\"1 0 0 0 1 0 0 0 1 0 0 -2\"/>")},
+              {"Metadata/model_settings.config",
+               "<config><object id=\"3\"><part id=\"1\" subtype=\"normal_part\"/><part id=\"2\" "
+               "subtype=\"negative_part\"/></object></config>"}});
+  EXPECT_NEAR(volume(boundary_of_union(check_mesh(read("two.3mf", bytes).mesh).mesh)), 7 + 8, 1e-9);
+}
+
+TEST_F(MeshIo, ThreeMfShapesThatAreNotOnlyTrianglesAreRefused) {
+  const Mesh body = box(1, 2, 3);
+  const std::string mesh = mesh_xml(body);
+  const std::string lattice = without(mesh, "</mesh>") + "<b:beamlattice minlength=\"1\" radius=\"1\"/></mesh>";
+  for (const auto& [object, what] :
+       {std::pair{object_xml("1", mesh, "s:slicestackid=\"7\""), "slices"}, std::pair{object_xml("1", lattice), "beams"},
+        std::pair{object_xml("1", "<bo:booleanshape objectid=\"2\"/>"), "booleanshape"}}) {
+    EXPECT_MENTIONS(refusal("shape.3mf", three_mf("", object, "<item objectid=\"1\"/>")), what);
+    // What is not placed does no harm.
+    EXPECT_DOUBLE_EQ(volume(read("s.3mf", three_mf("", object + object_xml("2", mesh), "<item objectid=\"2\"/>")).mesh), 6);
+  }
 }
 
 TEST_F(MeshIo, ThreeMfThatCannotBeUsed) {
@@ -876,6 +1185,18 @@ TEST_F(MeshIo, ThreeMfBombsAreDefused) {
   }
   EXPECT_MENTIONS(refusal("components.3mf", three_mf("", nested, "<item objectid=\"29\"/>")), "copies");
   EXPECT_MENTIONS(refusal("zip.3mf", zipped({{"3D/3dmodel.model", std::string(std::size_t{64} << 20, ' ')}})), "MiB");
+  // The budget covers the tree that XML is parsed into, several times its text, and all copies.
+  std::string tags = "<resources>";
+  for (int i = 0; i < 100000; ++i) tags += "<a/>";
+  const std::string bytes = zipped({{"3D/3dmodel.model", "<model>" + tags + "</resources><build/></model>"}});
+  EXPECT_MENTIONS(refused([&] { read("tags.3mf", bytes, {.memory_bytes = 5'000'000}); }), "5 MB");
+  EXPECT_MENTIONS(refused([&] { read("tags.3mf", bytes, {.memory_bytes = 10'000'000}); }), "places no object");
+  std::string items;
+  for (int i = 0; i < 5000; ++i) items += "<item objectid=\"0\"/>";
+  const std::string copies = three_mf("", object_xml("0", mesh_xml(box(1, 2, 3))), items);
+  EXPECT_MENTIONS(refused([&] { read("copies.3mf", copies, {.memory_bytes = 2'500'000}); }), "Reduce");
+  EXPECT_EQ(read("copies.3mf", copies, {.memory_bytes = 5'000'000}).mesh.triangles.size(), 60000u);
+  EXPECT_MENTIONS(refused([&] { read("file.obj", std::string(1001, '#'), {.memory_bytes = 1000}); }), "1001 bytes");
 }
 
 // ---- what a file may be called and be ------------------------------------------------------------------------------

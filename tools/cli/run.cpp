@@ -76,47 +76,6 @@ double peak_memory_mb() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-/// A hidden file beside the output that becomes the output only when `commit` is called.
-class PendingFile {
-public:
-  explicit PendingFile(const std::filesystem::path& target) : target_(target) {
-    path_ =
-        target.parent_path() / ("." + target.stem().string() + ".rayrep-" + std::to_string(getpid()) + target.extension().string());
-  }
-  ~PendingFile() {
-    std::error_code ignored;
-    if (!committed_) std::filesystem::remove(path_, ignored);
-  }
-  PendingFile(const PendingFile&) = delete;
-  PendingFile& operator=(const PendingFile&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-
-  /// As write_mesh, but speaks of the file the user named.
-  void write(const Mesh& mesh) const {
-    try {
-      write_mesh(path_, mesh);
-    } catch (const Error& error) {
-      std::string text = error.what();
-      if (const auto at = text.find(path_.string()); at != std::string::npos)
-        text.replace(at, path_.string().size(), target_.string());
-      throw Error(error.code(), text);
-    }
-  }
-
-  void commit() {
-    std::error_code error;
-    std::filesystem::rename(path_, target_, error);
-    if (error) throw Error(ErrorCode::write, "Cannot write '" + target_.string() + "': " + error.message() + ".");
-    committed_ = true;
-  }
-
-private:
-  std::filesystem::path target_;
-  std::filesystem::path path_;
-  bool committed_ = false;
-};
-
 struct ReadMesh {
   CheckedMesh checked;
   InputSummary summary;
@@ -295,17 +254,15 @@ void run_inspect(const Options& options, Stages& stages, const Progress& progres
   write_inertial(options, *mass);
 }
 
-/// Finds out before the work that an output cannot be written.
-void require_folder(const std::filesystem::path& output) {
-  if (output.empty()) return;
-  std::error_code ignored;
-  const std::filesystem::path folder = output.has_parent_path() ? output.parent_path() : ".";
-  if (!std::filesystem::is_directory(folder, ignored))
-    throw Error(ErrorCode::write, "Cannot write '" + output.string() + "': there is no folder '" + folder.string() + "'.");
-  if (std::filesystem::is_directory(output, ignored))
-    throw Error(ErrorCode::write, "Cannot write '" + output.string() + "': it is a folder.");
-  if (access(folder.c_str(), W_OK) != 0)
-    throw Error(ErrorCode::write, "Cannot write '" + output.string() + "': the folder '" + folder.string() + "' is not writable.");
+/// Finds out before the work that an output cannot be written. What is text may go to a device, such as /dev/stdout.
+void require_outputs(const Options& options) {
+  if (!options.output.empty()) require_writable(options.output);
+  for (const auto& text : {options.report, options.urdf, options.mjcf}) {
+    std::error_code ignored;
+    const bool device = std::filesystem::exists(text, ignored) && !std::filesystem::is_regular_file(text, ignored) &&
+                        !std::filesystem::is_directory(text, ignored);
+    if (!text.empty() && !device) require_writable(text);
+  }
 }
 
 }  // namespace
@@ -313,8 +270,7 @@ void require_folder(const std::filesystem::path& output) {
 void run(const Options& options, const std::function<bool()>& cancelled) {
   std::optional<tbb::global_control> limit;
   if (options.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(options.threads));
-  require_folder(options.output);
-  for (const auto& text : {options.report, options.urdf, options.mjcf}) require_folder(text);
+  require_outputs(options);
   Stages stages(options);
   Progress progress;
   progress.stage = [&stages](std::string_view name) { stages.begin(name); };

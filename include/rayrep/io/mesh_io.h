@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "rayrep/io/write_file.h"
 #include "rayrep/mesh/mesh.h"
 
 namespace rayrep {
@@ -19,6 +20,9 @@ LengthUnit parse_length_unit(const std::string& text);
 
 struct ReadOptions {
   LengthUnit unit = LengthUnit::millimetre;  ///< what one file unit means; a 3MF file's own unit wins
+  /// Bounds the file itself and what a 3MF archive unpacks to, with what is made of it. Other kinds take up to five times their
+  /// size.
+  std::size_t memory_bytes = 2'000'000'000;
 };
 
 /// A mesh as it stands in a file, scaled to millimetres, otherwise untouched: corners are not merged, nothing is dropped.
@@ -31,27 +35,30 @@ struct MeshFile {
 };
 
 /// Reads STL (binary, also when its header begins with "solid"; ASCII), OBJ (polygons, negative indices, groups), PLY
-/// (ASCII, binary of both endiannesses), OFF and 3MF (unit, components, build transforms, several objects). The kind is
-/// taken from the content where it has a magic number, else from the ending of the name, in any case.
-/// Polygons become fans, or ears where they are concave.
+/// (ASCII, binary of both endiannesses, triangle strips), OFF and 3MF (unit, components, build transforms, several objects). The
+/// kind is taken from the content where it tells, else from the ending of the name, in any case.
+/// Polygons become fans, or ears where they are concave; what that makes of faces that are not flat does not depend on the corner
+/// they start with, and is noted.
+/// What a 3MF file marks as no material is left out: modifiers, support blockers and enforcers of PrusaSlicer, Bambu Studio and
+/// OrcaSlicer, objects of type "support", "solidsupport", "other" or "surface". Negative volumes are subtracted from the build item
+/// they belong to. Both are noted. Objects whose shape is not only triangles (slices, beam lattices, booleans) are refused.
 /// @throws Error{input} naming the file, the line, byte or face, and what to do.
 MeshFile read_mesh(const std::filesystem::path& path, const ReadOptions& options = {});
 
 /// Kinds that can be written, by the ending of the name: .stl (binary), .obj, .ply (binary), .3mf (in any case).
 bool can_write(const std::filesystem::path& path);
 
-/// Writes to a temporary file in the same folder, then renames: an existing file survives any failure.
+/// Writes as write_text_file does.
 /// STL stores float32; OBJ and 3MF enough digits to restore every double; PLY doubles.
-/// 3MF is one core object in millimetres, cavities as reversed shells of the same mesh, with PrusaSlicer's
-/// `fill_density=100%` as object metadata, which overrides the user's profile there.
+/// 3MF is one core object in millimetres, cavities as reversed shells of the same mesh. Settings of the object override the user's
+/// profile: 100 % infill, and supports from the build plate only, so that none fill a cavity. For PrusaSlicer `fill_density`,
+/// `fill_pattern` and `support_material_buildplate_only`; for Bambu Studio and OrcaSlicer `sparse_infill_density` and
+/// `support_on_build_plate_only`.
 /// @throws Error{write} with the system's reason, or for a mesh without triangles or with a coordinate that is not finite
 /// as stored; Error{usage} for an ending that cannot be written.
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh);
 
 /// The coordinates that reading a mesh back from `path` will give: rounded to float32 for .stl, otherwise unchanged.
 Mesh as_stored(const std::filesystem::path& path, const Mesh& mesh);
-
-/// Writes text through the same temporary-file-and-rename path. @throws Error{write}
-void write_text_file(const std::filesystem::path& path, const std::string& text);
 
 }  // namespace rayrep

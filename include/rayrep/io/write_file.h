@@ -1,0 +1,46 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "rayrep/mesh/mesh.h"
+
+namespace rayrep {
+
+/// Finds out before the work whether a regular file can be written at `path`: its folder exists and may be written to, the name is
+/// not too long for it, and what already stands there is a regular file that may be written to. A symbolic link is followed, also
+/// one to a file that does not exist yet. Creates nothing. Room on the disk is not checked.
+/// @throws Error{write} with the system's reason and what to do
+void require_writable(const std::filesystem::path& path);
+
+/// Writes text to a temporary file in the same folder, then renames: an existing file survives any failure. A symbolic link stays
+/// one, what it points to is replaced; permissions stay those of an existing file, also of a read-only one, which is refused.
+/// Devices and pipes are written to, not replaced. @throws Error{write}
+void write_text_file(const std::filesystem::path& path, const std::string& text);
+
+/// A mesh file that is written beside its place, to be judged as it stands on the disk, and gets its name only with commit().
+/// Without it nothing is left behind. Links and permissions as for write_text_file; devices and pipes are refused.
+class PendingFile {
+public:
+  /// @throws Error{write} as require_writable does
+  explicit PendingFile(const std::filesystem::path& target);
+  ~PendingFile();
+  PendingFile(const PendingFile&) = delete;
+  PendingFile& operator=(const PendingFile&) = delete;
+
+  /// Where the mesh stands until commit(): in the target's folder, hidden, with the target's ending.
+  const std::filesystem::path& path() const { return path_; }
+
+  /// As write_mesh, to path(). @throws Error that speaks of the target
+  void write(const Mesh& mesh);
+
+  /// Puts what was written in place. @throws Error{write}
+  void commit();
+
+private:
+  std::filesystem::path target_;    ///< as the user named it
+  std::filesystem::path resolved_;  ///< without symbolic links at its end
+  std::filesystem::path path_;
+};
+
+}  // namespace rayrep
