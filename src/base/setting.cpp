@@ -19,9 +19,21 @@ std::optional<double> number_in(const std::string& text) {
   return value;
 }
 
+/// What was probably meant by a text that is no number.
+std::string number_hint(const std::string& text) {
+  std::string with_point = text;
+  std::replace(with_point.begin(), with_point.end(), ',', '.');
+  if (with_point != text && number_in(with_point)) return " Write the decimals after a point: " + with_point + ".";
+  const std::size_t digits = text.find_last_of("0123456789.");
+  if (digits == std::string::npos || !number_in(text.substr(0, digits + 1))) return "";
+  const std::string rest = text.substr(digits + 1);
+  if (rest == "%") return " Write a fraction: " + shown(*number_in(text.substr(0, digits + 1)) / 100) + ".";
+  return " Give the number alone, without '" + rest + "'.";
+}
+
 double parse_double(const std::string& name, const std::string& text) {
   const std::optional<double> value = number_in(text);
-  if (!value) usage_error("--" + name + " takes a number, such as 12.5; it is '" + text + "'.");
+  if (!value) usage_error("--" + name + " takes a number, such as 12.5; it is '" + text + "'." + number_hint(text));
   return *value;
 }
 
@@ -89,6 +101,34 @@ void check(const Settings& settings) {
   for (const Setting& setting : settings)
     if (const std::optional<double> value = std::visit(Value{}, setting.place); value && !setting.range.contains(*value))
       usage_error("--" + setting.name + " " + setting.range.words() + "; it is " + shown(*value) + ".");
+}
+
+double parse_number(const std::string& name, const std::string& text) { return parse_double(name, text); }
+
+std::string nearest_name(const std::string& text, const std::vector<std::string>& names) {
+  const auto distance = [&text](const std::string& name) {
+    // Optimal string alignment, row by row.
+    std::vector<std::vector<std::size_t>> d(text.size() + 1, std::vector<std::size_t>(name.size() + 1));
+    for (std::size_t i = 0; i <= text.size(); ++i)
+      for (std::size_t j = 0; j <= name.size(); ++j) {
+        if (i == 0 || j == 0) {
+          d[i][j] = i + j;
+          continue;
+        }
+        d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (text[i - 1] != name[j - 1])});
+        if (i > 1 && j > 1 && text[i - 1] == name[j - 2] && text[i - 2] == name[j - 1])
+          d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
+      }
+    return d.back().back();
+  };
+  std::string nearest;
+  std::size_t least = std::max<std::size_t>(1, text.size() / 3) + 1;
+  for (const std::string& name : names)
+    if (const std::size_t d = distance(name); d < least) {
+      least = d;
+      nearest = name;
+    }
+  return nearest;
 }
 
 std::vector<std::string> parts_of(const std::string& list) {

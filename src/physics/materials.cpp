@@ -34,4 +34,10 @@ const Material& material(const std::string& name) {
   throw Error(ErrorCode::usage, "There is no material '" + name + "'. Known: " + known + ". Or give --density G_CM3.");
 }
 
+const std::vector<Fluid>& fluids() {
+  static const std::vector<Fluid> table = {{"water", 0.998},    {"seawater", 1.025}, {"deadsea", 1.24}, {"ethanol", 0.789},
+                                           {"glycerol", 1.261}, {"oliveoil", 0.913}, {"mercury", 13.55}};
+  return table;
+}
+
 }  // namespace rayrep

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <numbers>
 
@@ -133,6 +134,38 @@ TextPlace order_of_wishes(std::vector<InertialWish>& order) {
           }};
 }
 
+/// A density, or the name of a fluid.
+TextPlace fluid_place(double& fluid_g_cm3) {
+  return {[&fluid_g_cm3](const std::string& text) {
+            std::vector<std::string> names;
+            for (const Fluid& fluid : fluids()) {
+              if (text == fluid.name) {
+                fluid_g_cm3 = fluid.density_g_cm3;
+                return;
+              }
+              names.emplace_back(fluid.name);
+            }
+            if (!text.empty() && std::isalpha(static_cast<unsigned char>(text[0]))) {
+              std::string known;
+              for (const std::string& name : names) known += (known.empty() ? "" : ", ") + name;
+              const std::string meant = nearest_name(text, names);
+              usage_error("There is no fluid '" + text + "'." + (meant.empty() ? "" : " Did you mean " + meant + "?") +
+                          " Known: " + known + ". Or give its density: --fluid G_CM3.");
+            }
+            fluid_g_cm3 = parse_number("fluid", text);
+          },
+          [&fluid_g_cm3] { return shown(fluid_g_cm3); }};
+}
+
+/// Nothing that is printed or floated in is heavier than 25 g/cm3: then kg/m3 was meant.
+void check_density(const char* name, double density_g_cm3) {
+  if (!Range::positive().contains(density_g_cm3))
+    usage_error(std::string("--") + name + " must be a positive number; it is " + shown(density_g_cm3) + ".");
+  if (density_g_cm3 > 25)
+    usage_error(std::string("--") + name + " is in g/cm3; " + shown(density_g_cm3) + " looks like kg/m3: give " +
+                shown(density_g_cm3 / 1000) + ".");
+}
+
 Setting up_row(Eigen::Vector3d& up) {
   return {.name = "up",
           .value = "DIR",
@@ -151,6 +184,7 @@ void check_rows(const Spec& spec, For purpose) {
   check(settings(copy, purpose));
   check(settings(copy.print, purpose));
   check_up(spec.up);
+  check_density("density", spec.print.density_g_cm3);
 }
 
 void require_centre_for(MomentIndex number, const InertialTargets& targets) {
@@ -213,10 +247,10 @@ Settings settings(FloatSpec& spec, For purpose) {
       {up_row(spec.up),
        {.name = "fluid",
         .value = "G_CM3",
-        .words = "density of the fluid",
-        .details = "",
-        .place = &spec.fluid_g_cm3,
-        .range = Range::positive()},
+        .words = "density of the fluid, or water, seawater, ethanol ...",
+        .details =
+            "Names: water 0.998, seawater 1.025, deadsea 1.24, ethanol 0.789, glycerol 1.261, oliveoil 0.913, mercury 13.55.",
+        .place = fluid_place(spec.fluid_g_cm3)},
        {.name = "waterline",
         .value = "MM",
         .words = "height of the waterline above the lowest point",
@@ -388,6 +422,7 @@ Settings settings(TargetSpec& spec, For purpose) {
 
 void check(const FloatSpec& spec, For purpose) {
   check_rows(spec, purpose);
+  check_density("fluid", spec.fluid_g_cm3);
   if (spec.waterline_mm && spec.submerged_fraction) usage_error("Give either --waterline or --submerged, not both.");
 }
 

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <pugixml.hpp>
+#include <regex>
 #include <sstream>
 
 #include "rayrep/io/mesh_io.h"
@@ -557,6 +558,47 @@ TEST_F(Tool, InterruptIs130AndLeavesNothing) {
   EXPECT_EQ(WEXITSTATUS(status), 130);
   EXPECT_EQ(text_of(folder_ / "egg_float.stl"), "old");
   EXPECT_EQ(new_files(), std::vector<std::string>{"egg_float.stl"});
+}
+
+TEST_F(Tool, HintsSayWhatWasMeant) {
+  const std::pair<const char*, const char*> cases[] = {{"egg.stl", "rayrep float egg.stl"},
+                                                       {"flaot egg.stl", "Did you mean float?"},
+                                                       {"float egg.stl --densty 1", "Did you mean --density?"},
+                                                       {"float egg.stl --density 1240", "give 1.24"},
+                                                       {"float egg.stl --wall 2mm", "without 'mm'"},
+                                                       {"float egg.stl --wall 1,2", "1.2"},
+                                                       {"float egg.stl --submerged 50%", "0.5"},
+                                                       {"float egg.stl --fluid sewater", "Did you mean seawater?"},
+                                                       {"float egg.stl --scale 2", "--size"},
+                                                       {"float egg.stl egg.stl", "more than one mesh"}};
+  for (const auto& [arguments, hint] : cases) {
+    const Run result = run(arguments);
+    EXPECT_EQ(result.code, 2) << arguments;
+    EXPECT_NE(result.err.find(hint), std::string::npos) << arguments << ": " << result.err;
+  }
+}
+
+/// Every option that some help names is in the man page and in the completion: they are made from the same rows.
+TEST_F(Tool, ManPageAndCompletionKnowEveryOption) {
+  const std::string man = run("--man").out;
+  const std::string completion = run("--completion").out;
+  EXPECT_EQ(man.rfind(".TH RAYREP 1", 0), 0u);
+  std::size_t seen = 0;
+  for (const std::string command : {"float", "spin", "stand", "target", "verify", "inspect"}) {
+    const std::string help = run(command + " --help").out;
+    EXPECT_EQ(run("help " + command).out, help);
+    static const std::regex kOption(R"(--[a-z][a-z-]*)");
+    std::istringstream lines(help);
+    for (std::string line; std::getline(lines, line);) {
+      std::smatch option;
+      if (line.rfind("  -", 0) != 0 || !std::regex_search(line, option, kOption)) continue;
+      ++seen;
+      EXPECT_NE(completion.find(option.str()), std::string::npos) << option.str();
+      EXPECT_NE(man.find("\\-\\-" + std::regex_replace(option.str().substr(2), std::regex("-"), "\\-")), std::string::npos)
+          << option.str();
+    }
+  }
+  EXPECT_GT(seen, 80u);
 }
 
 TEST_F(Tool, HelpFitsAScreen) {

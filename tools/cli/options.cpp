@@ -226,13 +226,22 @@ std::string long_name(const Setting& setting) { return setting.name.substr(0, se
 
 using Given = std::map<std::string, std::string>;
 
+/// What was probably meant by an option that there is not.
+std::string hint_for(const std::string& option, const std::vector<std::string>& names) {
+  if (option == "--scale") return " --size MM scales to a longest side, --unit says what the file's numbers mean.";
+  const std::string meant = nearest_name(option, names);
+  return meant.empty() ? "" : " Did you mean " + meant + "?";
+}
+
 /// The words of the command line as option and value, the mesh under "input". Values that begin with a dash are values.
 Given split(int argc, const char* const* argv, const std::vector<Group>& groups) {
   po::options_description accepted;
   std::set<std::string> takes_value;
+  std::vector<std::string> names;
   for (const Group& group : groups)
     for (const Setting& s : group.settings) {
       if (accepted.find_nothrow(long_name(s), false)) continue;  // of two goals
+      names.push_back("--" + long_name(s));
       if (s.value.empty()) {
         accepted.add_options()(s.name.c_str(), "");
       } else {
@@ -260,6 +269,11 @@ Given split(int argc, const char* const* argv, const std::vector<Group>& groups)
     po::variables_map map;  // complains of what was given twice or lacks its value
     po::store(parsed, map);
     for (const auto& option : parsed.options) given[option.string_key] = option.value.empty() ? "" : option.value.front();
+  } catch (const po::unknown_option& error) {
+    usage_error(std::string(error.what()) + "." + hint_for(error.get_option_name(), names) + " 'rayrep " + argv[1] +
+                " --help' lists the options.");
+  } catch (const po::too_many_positional_options_error&) {
+    usage_error("There is more than one mesh on the command line: rayrep takes one at a time. A name with blanks needs quotes.");
   } catch (const po::error& error) {
     usage_error(std::string(error.what()) + ". 'rayrep " + argv[1] + " --help' lists the options.");
   }
@@ -362,7 +376,14 @@ const Syntax& syntax_of(const std::string& word) {
     if (word == syntax.word) return syntax;
     known += (known.empty() ? "" : ", ") + syntax.word;
   }
-  usage_error("There is no command '" + word + "'. Known: " + known + "; 'rayrep --help' says more.");
+  std::error_code ignored;
+  if (std::filesystem::exists(word, ignored))
+    usage_error("Say what " + quoted(word) + " shall do, for example: rayrep float " + quoted(word) + ". Commands: " + known + ".");
+  std::vector<std::string> words;
+  for (const Syntax& syntax : commands()) words.push_back(syntax.word);
+  const std::string meant = nearest_name(word, words);
+  usage_error("There is no command '" + word + "'." + (meant.empty() ? "" : " Did you mean " + meant + "?") + " Known: " + known +
+              "; 'rayrep --help' says more.");
 }
 
 /// What is printed and nothing else; none: it is a command.

@@ -178,6 +178,8 @@ void deliver(const Options& options, const Mesh& solid, RunReport& report, Stage
     if (!options.quiet) std::cout << to_text(report, options.verbose);
     throw Error(ErrorCode::goal, "The hollowed mesh does not meet the goal " + failures(report.after, "; nothing was written."));
   }
+  std::error_code ignored;
+  const bool replaced = std::filesystem::exists(options.output, ignored);
   pending.commit();
   report.output = options.output.string();
   write_report(options, report);
@@ -189,7 +191,8 @@ void deliver(const Options& options, const Mesh& solid, RunReport& report, Stage
   }
   char took[32];
   std::snprintf(took, sizeof took, "%.2f", report.timings_s.back().second);
-  std::cout << "VERIFIED: wrote " << report.output << ", " << report.delivered_triangles << " triangles, in " << took << " s\n";
+  std::cout << "VERIFIED: wrote " << report.output << ", " << report.delivered_triangles << " triangles, in " << took << " s"
+            << (replaced ? "; it replaced the file that was there" : "") << "\n";
 }
 
 void run_hollow(const Options& options, Stages& stages, const Progress& progress) {

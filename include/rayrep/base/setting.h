@@ -69,12 +69,18 @@ TextPlace point_place(const char* name, std::optional<Eigen::Vector3d>& point, c
 /// "x", "-z", "0,1,0.5": a unit vector.
 TextPlace direction_place(const char* name, Eigen::Vector3d& direction);
 
+/// All of the text as a number. @throws Error{usage} that names the setting, with a hint
+double parse_number(const std::string& name, const std::string& text);
+
 /// "1,-2" or "1,-2,3.5". @throws Error{usage} that names the setting
 std::vector<double> parse_numbers(const std::string& name, const std::string& text);
 /// The same with - for a number that is left open.
 std::vector<std::optional<double>> parse_open_numbers(const std::string& name, const std::string& text);
 /// @throws Error{usage}
 Eigen::Vector3d parse_direction(const std::string& text);
+
+/// The one of `names` that was probably meant: the nearest by letters left out, added, changed or swapped; empty when none is near.
+std::string nearest_name(const std::string& text, const std::vector<std::string>& names);
 
 /// The parts of a list, without its commas.
 std::vector<std::string> parts_of(const std::string& list);

@@ -18,4 +18,11 @@ const std::vector<Material>& materials();
 /// The material of that name, in any case. @throws Error{usage} listing the known names.
 const Material& material(const std::string& name);
 
+/// A fluid to float in, by name.
+struct Fluid {
+  const char* name;
+  double density_g_cm3;  ///< at about 20 degrees
+};
+const std::vector<Fluid>& fluids();
+
 }  // namespace rayrep
