@@ -560,7 +560,8 @@ TEST(HouseChecker, FindsWhatDependsOnTheLocale) {
   for (const char* text :
        {"std::ostringstream s;", "std::stringstream s;", "auto d = std::stod(s);", "strtod(s, nullptr);", "atof(s)"})
     EXPECT_EQ(locale_dependent(text).size(), 1u) << text;
-  EXPECT_TRUE(locale_dependent("// snprintf(\nstd::string s = \"stod(\"; number(1.5, 2); fmt::sprintf(p); std::to_chars(a, b, x);").empty());
+  EXPECT_TRUE(locale_dependent("// snprintf(\nstd::string s = \"stod(\"; number(1.5, 2); fmt::sprintf(p); std::to_chars(a, b, x);")
+                  .empty());
 }
 
 TEST(HouseChecker, CountsParametersAndLines) {

@@ -55,11 +55,8 @@ void prove(const Plan& plan, const Moments& constant, HollowResult& result) {
 }  // namespace
 
 Plan plan(const Mesh& solid, const FloatSpec& spec, const HollowOptions& options, const Progress& progress) {
-  progress.begin("domain");
-  Mesh outer = stored(solid, options);
-  const Eigen::Affine3d frame = working_frame(outer, spec.up);
   Plan plan;
-  plan.body = std::make_unique<Body>(std::move(outer), frame, discretisation(spec.print, options), progress);
+  plan.body = upright_body(solid, spec.up, spec.print, options, progress);
   const Body& body = *plan.body;
   const double density_g_cm3 = spec.print.density_g_cm3;
   const FloatProblem problem{body.hull,     body.inner.rays,    *body.integrals, body.shell,      spec.fluid_g_cm3,

@@ -29,6 +29,14 @@ HollowResult carry_out(Plan& plan, const HollowOptions& options, const Progress&
 
 Mesh stored(const Mesh& solid, const HollowOptions& options) { return options.as_stored ? options.as_stored(solid) : solid; }
 
+std::unique_ptr<Body> upright_body(const Mesh& solid, const Eigen::Vector3d& up, const Print& print, const HollowOptions& options,
+                                   const Progress& progress) {
+  progress.begin("domain");
+  Mesh outer = stored(solid, options);
+  const Eigen::Affine3d frame = working_frame(outer, up);
+  return std::make_unique<Body>(std::move(outer), frame, discretisation(print, options), progress);
+}
+
 }  // namespace detail
 
 Settings settings(HollowOptions& options, const Spec& spec) {

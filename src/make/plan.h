@@ -47,5 +47,8 @@ SpinWeights weights_of(const SpinSpec& spec);
 
 /// The solid as it will be stored, in the frame given.
 Mesh stored(const Mesh& solid, const HollowOptions& options);
+/// The body with up = z, its lowest point at z = 0 and its box centred in x and y.
+std::unique_ptr<Body> upright_body(const Mesh& solid, const Eigen::Vector3d& up, const Print& print, const HollowOptions& options,
+                                   const Progress& progress);
 
 }  // namespace rayrep::detail

@@ -80,11 +80,8 @@ void prove(const Plan& plan, const Moments& constant, HollowResult& result) {
 }  // namespace
 
 Plan plan(const Mesh& solid, const StandSpec& spec, const HollowOptions& options, const Progress& progress) {
-  progress.begin("domain");
-  Mesh outer = stored(solid, options);
-  const Eigen::Affine3d frame = working_frame(outer, spec.up);
   Plan plan;
-  plan.body = std::make_unique<Body>(std::move(outer), frame, discretisation(spec.print, options), progress);
+  plan.body = upright_body(solid, spec.up, spec.print, options, progress);
   const Body& body = *plan.body;
   const double tolerance = spec.contact_tolerance_mm ? *spec.contact_tolerance_mm : contact_tolerance_mm(body.height_mm);
   const SupportPolygon polygon = support_polygon(body.hull, tolerance);
@@ -98,7 +95,7 @@ Plan plan(const Mesh& solid, const StandSpec& spec, const HollowOptions& options
   const InteriorNlp::Scale scale{body.solid[M1], body.diagonal_mm};
   const Eigen::Vector2d target = chosen_target(body, polygon, spec, scale, progress);
   StandSpec found = spec;
-  found.target_mm = frame.inverse() * Eigen::Vector3d(target.x(), target.y(), 0);
+  found.target_mm = body.to_working.inverse() * Eigen::Vector3d(target.x(), target.y(), 0);
   plan.spec = found;
   if (!lowest_above(body, target, scale))
     throw Error(ErrorCode::goal,
