@@ -17,6 +17,7 @@
 
 #include "rayrep/mesh/mesh.h"                // triangles
 #include "rayrep/mesh/mesh_check.h"          // defects; the union of overlapping components
+#include "rayrep/mesh/bodies.h"              // which parts of a mesh hang together
 #include "rayrep/mesh/delivery.h"            // what is made: meshes with their roles
 
 #include "rayrep/io/mesh_io.h"               // STL, OBJ, PLY, OFF, 3MF

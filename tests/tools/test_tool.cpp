@@ -560,6 +560,18 @@ TEST_F(Tool, InterruptIs130AndLeavesNothing) {
   EXPECT_EQ(new_files(), std::vector<std::string>{"egg_float.stl"});
 }
 
+TEST_F(Tool, BodiesThatDoNotTouchAreRefusedUnlessHeldTogether) {
+  write_mesh(folder_ / "two.stl", test::merged({test::box({0, 0, 0}, {20, 20, 20}), test::box({30, 0, 0}, {50, 20, 20})}));
+  for (const char* arguments : {"stand two.stl --resolution 30", "verify two.stl --goal stand"}) {
+    const Run refused = run(arguments);
+    EXPECT_EQ(refused.code, 3) << arguments;
+    EXPECT_NE(refused.err.find("2 bodies that do not touch"), std::string::npos) << refused.err;
+    const Run rigid = run(std::string(arguments) + " --rigid");
+    EXPECT_EQ(rigid.code, 0) << rigid.err;
+    EXPECT_NE(rigid.out.find("as --rigid says"), std::string::npos);
+  }
+}
+
 TEST_F(Tool, HintsSayWhatWasMeant) {
   const std::pair<const char*, const char*> cases[] = {{"egg.stl", "rayrep float egg.stl"},
                                                        {"flaot egg.stl", "Did you mean float?"},

@@ -73,19 +73,26 @@ TextPlace path_place(std::filesystem::path& path) {
 
 Settings mesh_rows(Options& options) {
   static constexpr std::array<const char*, 4> kUnits = {"mm", "cm", "m", "in"};
-  return {{.name = "unit",
-           .value = "UNIT",
-           .words = "of the file: mm, cm, m, in (a 3MF has its own)",
-           .details = "",
-           .place = TextPlace{[&options](const std::string& text) { options.unit = parse_length_unit(text); },
-                              [&options] { return std::string(kUnits[static_cast<std::size_t>(options.unit)]); }}},
-          {.name = "size",
-           .value = "MM",
-           .words = "scale so that the longest side is MM",
-           .details = "",
-           .place = &options.size_mm,
-           .range = Range::positive(),
-           .unset = "as it is"}};
+  return {
+      {.name = "unit",
+       .value = "UNIT",
+       .words = "of the file: mm, cm, m, in (a 3MF has its own)",
+       .details = "",
+       .place = TextPlace{[&options](const std::string& text) { options.unit = parse_length_unit(text); },
+                          [&options] { return std::string(kUnits[static_cast<std::size_t>(options.unit)]); }}},
+      {.name = "size",
+       .value = "MM",
+       .words = "scale so that the longest side is MM",
+       .details = "",
+       .place = &options.size_mm,
+       .range = Range::positive(),
+       .unset = "as it is"},
+      {.name = "rigid",
+       .value = "",
+       .words = "bodies of MESH that do not touch are held together",
+       .details = "Without it a mesh of several bodies that do not touch each other is refused: each would float, spin or stand by "
+                  "itself.",
+       .place = &options.rigid}};
 }
 
 Settings inertial_files(Options& options) {

@@ -146,14 +146,24 @@ void write_inertial(const Options& options, const MassProperties& body) {
   if (!options.mjcf.empty()) write_text_file(options.mjcf, mjcf_inertial(body));
 }
 
-/// A mesh that can be hollowed, with a note about what may surprise.
+/// @throws Error{input} for a mesh of several bodies, unless something is said to hold them together
+void refuse_loose_bodies(const Options& options, ReadMesh& mesh, const Progress& progress) {
+  const int bodies = bodies_of(mesh.checked.mesh, progress).count;
+  if (bodies < 2) return;
+  const std::string count = "There are " + std::to_string(bodies) + " bodies that do not touch each other";
+  if (!options.rigid)
+    throw Error(ErrorCode::input,
+                mesh.summary.path + ": " + count +
+                    ": each would float, spin or stand by itself. Save each as a file of its own, or say --rigid if "
+                    "something holds them together.");
+  mesh.summary.notes.push_back(count + ": taken as one rigid body, as --rigid says.");
+}
+
+/// A mesh that can be hollowed.
 ReadMesh read_solid(const Options& options, const Progress& progress) {
   ReadMesh input = read(options.input, options, {}, progress);
   refuse_unusable(input);
-  const MeshReport& check = input.checked.report;
-  if (const std::size_t bodies = check.components - check.nested_components; bodies > 1 && !check.self_intersections)
-    input.summary.notes.push_back("There are " + std::to_string(bodies) +
-                                  " bodies that do not touch each other. All figures treat them as one rigid body.");
+  refuse_loose_bodies(options, input, progress);
   return input;
 }
 
@@ -214,7 +224,8 @@ void run_verify(const Options& options, Stages& stages, const Progress& progress
     as_written.unit = LengthUnit::millimetre;
     as_written.size_mm.reset();
   }
-  const ReadMesh input = read(options.input, as_written, check, progress);
+  ReadMesh input = read(options.input, as_written, check, progress);
+  if (input.checked.report.usable) refuse_loose_bodies(options, input, progress);
   std::optional<ReadMesh> original;
   if (!options.original.empty()) {
     original = read(options.original, options, check, progress);
