@@ -346,10 +346,7 @@ std::vector<fs::path> sources_below(const fs::path& folder) {
 const fs::path kRoot = RAYREP_SOURCE_DIR;
 
 /// TO BE EMPTIED: functions above the sizes that the owner is taking apart, as "file: function".
-const std::set<std::string> kLargeFunctionsToBeEmptied = {
-    "src/judge/verify.cpp: settled_tilt",
-    "src/judge/verify.cpp: state_of",
-};
+const std::set<std::string> kLargeFunctionsToBeEmptied = {};
 
 /// Functions with more parameters for a reason: a signature of Ipopt's; the innermost loop, whose restricted pointers are promises
 /// only as parameters.

@@ -23,35 +23,50 @@ using namespace verify_detail;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// The largest angle to `up` at which the body comes to rest after releases tilted in several directions; pi if it sinks or never
-// rests.
-double settled_tilt(const Mesh& hull, const MassProperties& body, const Eigen::Vector3d& up, double fluid_g_cm3,
-                    const Limits& limits, const Progress& progress) {
+// How releases tilted in several directions end, into FloatState::settles and settled_tilt_rad.
+void settle_body(const Mesh& hull, const FloatSpec& spec, const Limits& limits, const Progress& progress, FloatState& state) {
+  const Eigen::Vector3d up = spec.up.normalized();
   const Eigen::Vector3d side = up.unitOrthogonal();
   FloatingRestOptions options;
-  options.fluid_g_cm3 = fluid_g_cm3;
-  std::vector<double> tilts(std::max(limits.release_directions, 0));
+  options.fluid_g_cm3 = spec.fluid_g_cm3;
+  std::vector<FloatingRest> rests(std::max(limits.release_directions, 0));
   const auto release = [&](std::size_t k) {
-    const double azimuth = 2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(tilts.size());
+    const double azimuth = 2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(rests.size());
     const Eigen::Vector3d towards = std::cos(azimuth) * side + std::sin(azimuth) * up.cross(side);
     const Eigen::Vector3d start = std::cos(limits.release_tilt_rad) * up + std::sin(limits.release_tilt_rad) * towards;
-    const FloatingRest rest = floating_rest(hull, body.mass_g, body.centre_of_mass_mm, start, options);
-    tilts[k] = rest.converged ? std::atan2(rest.up.cross(up).norm(), rest.up.dot(up)) : std::numbers::pi;
+    rests[k] = floating_rest(hull, state.body.mass_g, state.body.centre_of_mass_mm, start, options);
   };
   // One release per thread at a time, so that an interrupt is seen between them.
   const auto batch = static_cast<std::size_t>(std::max(1, tbb::this_task_arena::max_concurrency()));
-  for (std::size_t first = 0; first < tilts.size(); first += batch) {
+  for (std::size_t first = 0; first < rests.size(); first += batch) {
     progress.check();
-    tbb::parallel_for(first, std::min(first + batch, tilts.size()), release);
+    tbb::parallel_for(first, std::min(first + batch, rests.size()), release);
   }
-  return tilts.empty() ? 0 : *std::max_element(tilts.begin(), tilts.end());
+  for (const FloatingRest& rest : rests) {
+    if (rest.rests())
+      state.settled_tilt_rad = std::max(state.settled_tilt_rad, std::atan2(rest.up.cross(up).norm(), rest.up.dot(up)));
+    else if (state.settles != FloatingRest::Outcome::sinks)
+      state.settles = rest.outcome;
+  }
 }
 
-// @param body   the whole mesh, vertices merged
-// @param outer  of these, what can bound the fluid; sealed cavities are left out here
-// @param closed whether the winding number of `body` means anything
-FloatState state_of(const Mesh& body, const Mesh& outer, bool closed, const FloatSpec& spec, const Limits& limits, bool settle,
-                    const Progress& progress) {
+// What is looked at.
+struct Judged {
+  const Mesh& body;   // the whole mesh, vertices merged
+  const Mesh& outer;  // of these, what can bound the fluid; sealed cavities are left out of it
+  bool closed;        // whether the winding number of `body` means anything
+};
+
+// How it is looked at.
+struct Judging {
+  const Limits& limits;
+  bool settle;
+  const Progress& progress;
+};
+
+FloatState state_of(const Judged& judged, const FloatSpec& spec, const Judging& judging) {
+  const auto& [body, outer, closed] = judged;
+  const Progress& progress = judging.progress;
   const Eigen::Vector3d up = spec.up.normalized();
   const Mesh material = material_of(body, closed, progress);
   FloatState state;
@@ -68,7 +83,7 @@ FloatState state_of(const Mesh& body, const Mesh& outer, bool closed, const Floa
   const Eigen::Vector3d arm = state.body.centre_of_mass_mm - state.water.centre_of_buoyancy_mm;
   state.horizontal_offset_mm = (arm - up.dot(arm) * up).norm();
   state.metacentric_height_mm = state.water.metacentric_radius_mm() - up.dot(arm);
-  if (settle) state.settled_tilt_rad = settled_tilt(hull, state.body, up, spec.fluid_g_cm3, limits, progress);
+  if (judging.settle) settle_body(hull, spec, judging.limits, judging.progress, state);
   return state;
 }
 
@@ -115,8 +130,25 @@ Figures figures_of(const FloatState& state, const FloatSpec& spec) {
        .value = state.horizontal_offset_mm,
        .digits = 5});
   add({.name = "metacentric_height_mm", .words = "metacentric height", .unit = Unit::mm, .value = state.metacentric_height_mm});
-  Figure settled{.name = "settled_tilt_rad", .words = "settles at a tilt of", .unit = Unit::rad, .value = {}, .none = "sinks"};
-  if (state.settled_tilt_rad < std::numbers::pi) settled.value = state.settled_tilt_rad;
+  // Of a body without pockets a table says nothing of them.
+  const bool dry = state.water.dry_interior_mm3 > 0;
+  add({.name = "dry_interior_mm3",
+       .words = dry ? "dry interior" : "",
+       .unit = Unit::mm3,
+       .value = state.water.dry_interior_mm3,
+       .digits = 1});
+  Figure freeboard{.name = "freeboard_mm", .words = dry ? "its rim above the water" : "", .unit = Unit::mm, .value = {}};
+  if (state.water.freeboard_mm) freeboard.value = *state.water.freeboard_mm;
+  add(freeboard);
+  const bool rests = state.settles == FloatingRest::Outcome::rests;
+  const bool sinks = state.settles == FloatingRest::Outcome::sinks;
+  add({.name = "settles", .words = "", .value = std::string(rests ? "rests" : sinks ? "sinks" : "does not come to rest")});
+  Figure settled{.name = "settled_tilt_rad",
+                 .words = "settles at a tilt of",
+                 .unit = Unit::rad,
+                 .value = {},
+                 .none = sinks ? "sinks" : "does not come to rest"};
+  if (rests) settled.value = state.settled_tilt_rad;
   add(settled);
   return figures;
 }
@@ -146,7 +178,7 @@ FloatState float_state(const Mesh& mesh, const FloatSpec& spec, const Limits& li
   check(spec, Setting::For::judging);
   const Mesh merged = merged_mesh(mesh);
   const bool closed = unbalanced_edges(merged) == 0;
-  return state_of(merged, merged, closed, at_its_waterline(merged, closed, spec, progress), limits, settle, progress);
+  return state_of({merged, merged, closed}, at_its_waterline(merged, closed, spec, progress), {limits, settle, progress});
 }
 
 FloatVerdict verify(const Mesh& delivered, const Mesh* original, const FloatSpec& spec, const Limits& limits,
@@ -156,7 +188,7 @@ FloatVerdict verify(const Mesh& delivered, const Mesh* original, const FloatSpec
   const Surface surface = judge_surface(delivered, original, progress, verdict);
   const bool closed = Surface::closed(verdict);
   verdict.spec = at_its_waterline(surface.mesh, closed, spec, progress);
-  verdict.state = state_of(surface.mesh, surface.outer, closed, verdict.spec, limits, true, progress);
+  verdict.state = state_of({surface.mesh, surface.outer, closed}, verdict.spec, {limits, true, progress});
   add_surface_criteria(surface, original != nullptr, spec.print.wall_mm, limits.wall_ratio, verdict);
 
   const FloatState& state = verdict.state;
@@ -167,11 +199,12 @@ FloatVerdict verify(const Mesh& delivered, const Mesh* original, const FloatSpec
   criteria.push_back(at_most("mass_error", "mass against displaced mass, relative", state.mass_error, limits.mass_error));
   criteria.push_back(at_most("offset", "horizontal offset of the centres, over the diagonal", state.horizontal_offset_mm / diagonal,
                              limits.offset_over_diagonal));
-  // Below this a body is neutral: floating_rest leaves it as it is.
+  // Below this a body may be neutral: floating_rest leaves it as it is.
   criteria.push_back(
       at_least("metacentric_height", "metacentre above centre of mass, mm", state.metacentric_height_mm, 1e-4 * diagonal));
-  criteria.push_back(
-      at_most("settled_tilt", "largest tilt at rest after tilted releases, rad", state.settled_tilt_rad, limits.settled_tilt_rad));
+  const bool rests = state.settles == FloatingRest::Outcome::rests;
+  criteria.push_back(at_most("settled_tilt", "largest tilt at rest after tilted releases, rad",
+                             rests ? state.settled_tilt_rad : std::numeric_limits<double>::quiet_NaN(), limits.settled_tilt_rad));
   describe(verdict);
   return verdict;
 }

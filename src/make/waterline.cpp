@@ -26,9 +26,15 @@ double grams(double volume_mm3, double density_g_cm3) { return volume_mm3 * dens
 
 Moments solid_moments(const FloatProblem& problem) { return problem.shell + problem.integrals.full(); }
 
-/// Waterlines (bottom to top) at which the displaced mass lies between that of the shell and that of the solid.
+/// The largest volume that the body displaces upright: its hull, or with dry pockets perhaps more.
+double capacity_mm3(const FloatProblem& problem) {
+  return std::max(mesh_moments(problem.hull)[M1], largest_displacement_mm3(problem.hull, Eigen::Vector3d::UnitZ()));
+}
+
+/// Waterlines (bottom to top) between those at which a body of the shell's mass and one of the solid's come to rest. In between
+/// there may be heights at which no body does: the displaced volume falls where a pocket is flooded.
 Interval range_by_mass(const FloatProblem& problem) {
-  const double hull_mm3 = mesh_moments(problem.hull)[M1];
+  const double hull_mm3 = capacity_mm3(problem);
   const double shell_mm3 = problem.shell[M1] * problem.density_g_cm3 / problem.fluid_g_cm3;
   const double solid_mm3 = solid_moments(problem)[M1] * problem.density_g_cm3 / problem.fluid_g_cm3;
   if (shell_mm3 >= hull_mm3) return {0, 0};
@@ -63,7 +69,8 @@ bool comes_back(const FloatProblem& problem, const WaterlineState& state) {
     const Eigen::Vector3d up(std::sin(tilt) * std::cos(azimuth), std::sin(tilt) * std::sin(azimuth), std::cos(tilt));
     const FloatingRest rest =
         floating_rest(problem.hull, grams(state.lowest.moments[M1], problem.density_g_cm3), centre, up, options);
-    if (!rest.converged || rest.sinks || std::acos(std::clamp(rest.up.z(), -1.0, 1.0)) > 0.5 * std::numbers::pi / 180) return false;
+    if (!rest.rests() || rest.took_water || std::acos(std::clamp(rest.up.z(), -1.0, 1.0)) > 0.5 * std::numbers::pi / 180)
+      return false;
   }
   return true;
 }
@@ -100,6 +107,14 @@ std::string lighter(const FloatProblem& problem, double available_mm3, const Sur
   return text + "use a material lighter than " + number(density, 3) + " g/cm3 (--density)";
 }
 
+/// Whether a body that displaces so much comes to rest at this waterline when it is lowered into the water: above a flooded rim it
+/// would have come to rest below that rim, dry.
+bool rests_at(const FloatProblem& problem, const WaterlineState& state) {
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  const double lowest = waterline_for_volume(problem.hull, up, state.water.displaced_volume_mm3 * (1 - 1e-9));
+  return state.waterline_mm - lowest < 1e-3 * problem.height_mm || hydrostatics(problem.hull, {up, lowest}).dry_interior_mm3 == 0;
+}
+
 }  // namespace
 
 WaterlineState at_waterline(const FloatProblem& problem, double waterline_mm) {
@@ -109,6 +124,7 @@ WaterlineState at_waterline(const FloatProblem& problem, double waterline_mm) {
   state.displaced_g = grams(state.water.displaced_volume_mm3, problem.fluid_g_cm3);
   const double material_mm3 = state.water.displaced_volume_mm3 * problem.fluid_g_cm3 / problem.density_g_cm3;
   if (material_mm3 < problem.shell[M1] || material_mm3 > solid_moments(problem)[M1] || material_mm3 <= 0) return state;
+  if (!rests_at(problem, state)) return state;
   const Goal goal = float_goal(material_mm3, state.water.centre_of_buoyancy_mm.head<2>(), problem.diagonal_mm);
   state.lowest = solve_quadric(goal, problem.integrals, problem.shell);
   state.attainable = state.lowest.converged;
@@ -120,7 +136,7 @@ WaterlineState at_waterline(const FloatProblem& problem, double waterline_mm) {
 
 std::optional<double> best_waterline(const FloatProblem& problem, const Progress& progress) {
   const std::vector<WaterlineState> states = scan(problem, progress);
-  const double most_mm3 = (1 - kReserveBuoyancy) * mesh_moments(problem.hull)[M1];
+  const double most_mm3 = (1 - kReserveBuoyancy) * capacity_mm3(problem);
   const auto usable = [&](std::size_t n) {
     return n > 0 && n + 1 < states.size() && states[n + 1].water.displaced_volume_mm3 <= most_mm3 && states[n - 1].attainable &&
            states[n].attainable && states[n + 1].attainable && states[n].metacentric_height_mm > 0;
@@ -247,6 +263,13 @@ Explanation explain_unattainable(const FloatProblem& problem, const WaterlineSta
             {"--waterline " + number(0.98 * range.hi, 2),
              "--density " + number(1.02 * problem.density_g_cm3 * available_mm3 / solid_moments(problem)[M1], 3)}};
 
+  if (!rests_at(problem, state)) {
+    const double dry = waterline_for_volume(problem.hull, Eigen::Vector3d::UnitZ(), state.water.displaced_volume_mm3);
+    return {"It does not stay at this waterline: " + line +
+                " because an open hollow of the body is full of water then; let down with the hollow dry it floats at " +
+                number(dry, 2) + " mm: use a waterline below the rim.",
+            {"--waterline " + number(dry, 2)}};
+  }
   const double offset =
       smallest_offset_mm(problem.inner, problem.shell, available_mm3, state.water.centre_of_buoyancy_mm.head<2>());
   std::string text = "It cannot be balanced: " + line + ", and with that mass no interior brings the centre of mass closer than " +
@@ -268,7 +291,7 @@ Explanation explain_unattainable(const FloatProblem& problem, const WaterlineSta
 }
 
 Explanation explain_no_waterline(const FloatProblem& problem, const SurfaceQuery& surface, const Progress& progress) {
-  const double hull_mm3 = mesh_moments(problem.hull)[M1];
+  const double hull_mm3 = capacity_mm3(problem);
   const double available_mm3 = hull_mm3 * problem.fluid_g_cm3 / problem.density_g_cm3;
   const double shell_g = grams(problem.shell[M1], problem.density_g_cm3);
   if (available_mm3 <= problem.shell[M1]) {

@@ -36,7 +36,9 @@ struct FloatState {
   double mass_error = 0;             ///< |mass - displaced mass| / displaced mass
   double horizontal_offset_mm = 0;   ///< between centre of mass and centre of buoyancy
   double metacentric_height_mm = 0;  ///< GM: metacentre above the centre of mass
-  double settled_tilt_rad = 0;       ///< largest angle to the upright over all releases; pi if it sinks or never settles
+  /// How the releases end: sinks if one does, else did_not_rest if one does not, else rests.
+  FloatingRest::Outcome settles = FloatingRest::Outcome::rests;
+  double settled_tilt_rad = 0;  ///< largest angle to the upright over the releases that come to rest
 };
 
 /// How far a body may be off.
@@ -91,8 +93,11 @@ struct FloatVerdict : Verdict {
 ///                       float32 rounding of the largest coordinate
 ///   no_islands          0
 ///   wall                only with a cavity and spec.print.wall_mm > 0: smallest wall over spec.print.wall_mm, at the cavities'
-///   vertices mass_error          relative to the displaced mass offset              over the diagonal metacentric_height  mm, at
-///   least 1e-4 of the diagonal: below that floating_rest takes a body for neutral settled_tilt        rad
+///                       vertices
+///   mass_error          relative to the displaced mass
+///   offset              over the diagonal
+///   metacentric_height  mm, at least 1e-4 of the diagonal: below that floating_rest takes a body for neutral
+///   settled_tilt        rad; NaN, which fails, unless all releases come to rest
 ///
 /// With an original, its triangles are the outer surface (existing cavities included) and all others form cavity shells and islands
 /// by their orientation and the winding number around them; without one, nesting decides for all. Mass and displacement are those
