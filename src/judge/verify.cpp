@@ -70,7 +70,7 @@ FloatState state_of(const Judged& judged, const FloatSpec& spec, const Judging& 
   const Eigen::Vector3d up = spec.up.normalized();
   const Mesh material = material_of(body, closed, progress);
   FloatState state;
-  state.body = mass_properties_of(material, spec.print.density_g_cm3);
+  state.body = mass_properties(material, spec.print.density_g_cm3);
 
   // Cavities go before the union is taken: shells are whole only as long as nothing has been cut.
   Mesh hull = outer_hull(outer);

@@ -5,17 +5,15 @@
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cmath>
-#include <cstdint>
 #include <functional>
 #include <limits>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "base/text.h"
 #include "base/union_find.h"
+#include "judge/outer_surface.h"
 #include "mesh/mesh_edges.h"
 #include "mesh/shells.h"
 #include "rayrep/base/error.h"
@@ -26,66 +24,6 @@ namespace rayrep::verify_detail {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-// ---------------------------------------------------------------------------------------------------------------- the triangles
-
-// Which triangles of two meshes are the same, with coordinates as float32 (what STL keeps) and corners in any order.
-struct Match {
-  std::vector<bool> delivered;       // is one of the original's
-  std::vector<std::size_t> missing;  // of the original
-};
-
-template <typename Number>
-struct Hash {
-  std::size_t operator()(const std::array<Number, 3>& key) const {
-    std::uint64_t hash = 0;
-    for (const Number x : key) {
-      hash = (hash ^ std::bit_cast<std::uint32_t>(x)) * 0x9e3779b97f4a7c15u;
-      hash ^= hash >> 32;
-    }
-    return hash;
-  }
-};
-
-std::array<float, 3> as_stored(const Eigen::Vector3d& p) {
-  const Eigen::Vector3f q = p.cast<float>().array() + 0.0f;  // -0 becomes 0
-  return {q.x(), q.y(), q.z()};
-}
-
-Match match(const Mesh& delivered, const Mesh& original) {
-  std::unordered_map<std::array<float, 3>, int, Hash<float>> points;
-  points.reserve(original.vertices.size());
-  const auto key = [](const Eigen::Vector3i& t, const std::vector<int>& numbers) {
-    std::array<int, 3> corners{numbers[t[0]], numbers[t[1]], numbers[t[2]]};
-    std::sort(corners.begin(), corners.end());
-    return corners;
-  };
-  std::vector<int> numbers;  // of the vertices, by their points
-  for (const auto& v : original.vertices)
-    numbers.push_back(points.try_emplace(as_stored(v), static_cast<int>(points.size())).first->second);
-  std::unordered_map<std::array<int, 3>, std::vector<std::size_t>, Hash<int>> expected;
-  expected.reserve(original.triangles.size());
-  for (std::size_t t = 0; t < original.triangles.size(); ++t) expected[key(original.triangles[t], numbers)].push_back(t);
-
-  numbers.resize(delivered.vertices.size());
-  tbb::parallel_for(std::size_t{0}, numbers.size(), [&](std::size_t v) {
-    const auto found = points.find(as_stored(delivered.vertices[v]));
-    numbers[v] = found == points.end() ? -1 : found->second;
-  });
-  Match result;
-  result.delivered.resize(delivered.triangles.size(), false);
-  for (std::size_t t = 0; t < delivered.triangles.size(); ++t) {
-    const std::array<int, 3> corners = key(delivered.triangles[t], numbers);
-    if (corners[0] < 0) continue;
-    const auto found = expected.find(corners);
-    if (found == expected.end() || found->second.empty()) continue;
-    found->second.pop_back();
-    result.delivered[t] = true;
-  }
-  for (const auto& [corners, left] : expected) result.missing.insert(result.missing.end(), left.begin(), left.end());
-  std::sort(result.missing.begin(), result.missing.end());
-  return result;
-}
 
 // ------------------------------------------------------------------------------------------------------------------- the shells
 
@@ -223,29 +161,17 @@ double smallest_wall(const Mesh& cavities, const Mesh& outer, const Progress& pr
   });
 }
 
-double largest_distance(const std::vector<Eigen::Vector3d>& points, const Mesh& from) {
-  const SurfaceQuery surface(from);
-  const double diagonal = bounding_box(from).diagonal().norm();
-  double largest = 0;
-  for (const auto& p : points) largest = std::max(largest, surface.closest(p, diagonal).distance_mm);
-  return largest;
-}
-
-// How far the outer surface has moved: the original's triangles that are gone against the delivered surface, and what was added
-// outside against the original.
-double outer_deviation(const Mesh& mesh, const Mesh& original, const std::vector<std::size_t>& missing, const Shells& shells) {
-  std::vector<Eigen::Vector3d> gone;
-  for (const std::size_t t : missing) {
-    for (int k = 0; k < 3; ++k) gone.push_back(original.corner(t, k));
-    gone.push_back((original.corner(t, 0) + original.corner(t, 1) + original.corner(t, 2)) / 3);  // a hole leaves its corners
-  }
-  std::vector<Eigen::Vector3d> added;
-  for (const Shell& shell : shells.shells)
-    if (shell.kind == ShellKind::outer)
-      for (const auto& v : part(mesh, shell.triangles).vertices) added.push_back(v);
-  const double lost = gone.empty() ? 0 : largest_distance(gone, mesh);
-  const double gained = added.empty() ? 0 : largest_distance(added, original);
-  return std::max(lost, gained);
+// The triangles that are outer surface before anything is asked of shells: the original's own. When some of those are gone a
+// triangle that is not the original's may be a moved one, and then so is whatever hangs together with the original.
+std::vector<bool> known_outer(const Mesh& mesh, const Match& matched) {
+  if (matched.missing.empty()) return matched.delivered;
+  const Components components = connected_components(mesh);
+  std::vector<bool> holds_original(components.count, false);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (matched.delivered[t]) holds_original[components.of_triangle[t]] = true;
+  std::vector<bool> known(mesh.triangles.size());
+  for (std::size_t t = 0; t < known.size(); ++t) known[t] = holds_original[components.of_triangle[t]];
+  return known;
 }
 
 }  // namespace
@@ -283,13 +209,6 @@ Mesh material_of(const Mesh& mesh, bool closed, const Progress& progress) {
   return closed ? boundary_of_union(mesh, progress) : mesh;
 }
 
-MassProperties mass_properties_of(const Mesh& mesh, double density_g_cm3) {
-  const Eigen::Vector3d centre = mesh.vertices.empty() ? Eigen::Vector3d::Zero() : Eigen::Vector3d(bounding_box(mesh).center());
-  MassProperties body =
-      mass_properties(mesh_moments(transformed(mesh, Eigen::Affine3d(Eigen::Translation3d(-centre)))), density_g_cm3);
-  body.centre_of_mass_mm += centre;
-  return body;
-}
 double lowest_along(const Mesh& mesh, const Eigen::Vector3d& up) {
   double lowest = kInfinity;
   for (const auto& v : mesh.vertices) lowest = std::min(lowest, up.dot(v));
@@ -300,30 +219,26 @@ Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progres
   Surface surface;
   surface.mesh = merged_mesh(delivered);
   const Mesh& mesh = surface.mesh;
-  const Eigen::AlignedBox3d box = bounding_box(mesh);
-  surface.diagonal_mm = box.diagonal().norm();
-  surface.float32_mm = std::ldexp(box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).maxCoeff(), -23);
+  surface.box = bounding_box(mesh);
+  surface.diagonal_mm = surface.box.diagonal().norm();
+  surface.is_float32 = is_float32(mesh);
+  const double largest_mm = surface.box.min().cwiseAbs().cwiseMax(surface.box.max().cwiseAbs()).maxCoeff();
+  verdict.coordinate_rounding_mm = std::ldexp(largest_mm, surface.is_float32 ? -23 : -50);
   verdict.bad_edges = unbalanced_edges(mesh);
 
   Match matched;
   matched.delivered.assign(mesh.triangles.size(), false);
-  if (original) matched = match(mesh, *original);
-  if (!matched.missing.empty()) {
-    // Then a triangle that is not the original's may be a moved one: whatever hangs together with the original is outer surface.
-    const Components components = connected_components(mesh);
-    std::vector<bool> holds_original(components.count, false);
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-      if (matched.delivered[t]) holds_original[components.of_triangle[t]] = true;
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) matched.delivered[t] = holds_original[components.of_triangle[t]];
-  }
-  const Shells shells = find_shells(mesh, matched.delivered, progress);
+  if (original) matched = match(mesh, *original, surface.is_float32);
+  const Shells shells = find_shells(mesh, known_outer(mesh, matched), progress);
 
   std::vector<int> outer_triangles;
+  std::vector<int> added_triangles;  // outer surface that is not the original's
   std::vector<int> cavity_triangles;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const int s = shells.of_triangle[t];
     const ShellKind kind = s < 0 ? ShellKind::outer : shells.shells[s].kind;
     if (kind == ShellKind::outer) outer_triangles.push_back(static_cast<int>(t));
+    if (kind == ShellKind::outer && !matched.delivered[t]) added_triangles.push_back(static_cast<int>(t));
     if (kind == ShellKind::cavity) cavity_triangles.push_back(static_cast<int>(t));
   }
   for (const Shell& shell : shells.shells) {
@@ -333,20 +248,26 @@ Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progres
   }
   surface.outer = part(mesh, outer_triangles);
   verdict.smallest_wall_mm = smallest_wall(part(mesh, cavity_triangles), surface.outer, progress);
-  if (original) verdict.outer_deviation_mm = outer_deviation(mesh, *original, matched.missing, shells);
+  if (original)
+    verdict.outer_deviation_mm =
+        outer_deviation({*original, surface.outer, part(*original, matched.missing), part(mesh, added_triangles)}, progress);
   return surface;
 }
 
 void add_surface_criteria(const Surface& surface, bool has_original, double wall_mm, double wall_ratio, Verdict& verdict) {
   if (verdict.bad_edges > 0) verdict.notes.push_back("The surface is not closed: the other figures take it as it is.");
   if (surface.inside_out_edges > 0) verdict.notes.push_back("A part of the surface faces inward and lies inside nothing.");
+  if (wall_mm > 0 && verdict.cavities > 0 && surface.is_float32 && !float32_holds_wall(surface.box, wall_mm))
+    verdict.notes.push_back(concat("The coordinates are float32 values, which lie ", float32_spacing_mm(surface.box),
+                                   " mm apart here: too far for a wall of ", wall_mm,
+                                   " mm. Move the body to the origin, or write a format that keeps doubles (OBJ, PLY, 3MF)."));
 
   auto& criteria = verdict.criteria;
   criteria.push_back(at_most("closed", "edges that are open or face the wrong way",
                              static_cast<double>(verdict.bad_edges + surface.inside_out_edges), 0));
   if (has_original)
     criteria.push_back(
-        at_most("outer_unchanged", "change of the outer surface, mm", verdict.outer_deviation_mm, surface.float32_mm));
+        at_most("outer_unchanged", "change of the outer surface, mm", verdict.outer_deviation_mm, verdict.coordinate_rounding_mm));
   criteria.push_back(
       at_most("no_islands", "pieces of material loose inside a cavity", static_cast<double>(verdict.solid_islands), 0));
   if (wall_mm > 0 && verdict.cavities > 0)

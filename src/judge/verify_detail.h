@@ -3,6 +3,7 @@
 // What the verdicts of all goals share: the criteria on the surface itself, and the body's mass properties.
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <string>
 
 #include "rayrep/base/progress.h"
@@ -27,9 +28,6 @@ std::size_t unbalanced_edges(const Mesh& mesh);
 /// @param mesh  vertices merged
 Mesh material_of(const Mesh& mesh, bool closed, const Progress& progress);
 
-/// Mass properties about the middle of the mesh, so that a body far from the origin keeps its digits.
-MassProperties mass_properties_of(const Mesh& material, double density_g_cm3);
-
 /// Height of the lowest vertex along `up`.
 double lowest_along(const Mesh& mesh, const Eigen::Vector3d& up);
 
@@ -38,8 +36,9 @@ struct Surface {
   Mesh mesh;                         ///< vertices merged
   Mesh outer;                        ///< of these, the triangles that are not of cavity shells or islands
   std::size_t inside_out_edges = 0;  ///< edges of shells that face inward but lie in nothing
-  double diagonal_mm = 0;            ///< of the bounding box
-  double float32_mm = 0;             ///< rounding of the largest coordinate
+  Eigen::AlignedBox3d box;
+  double diagonal_mm = 0;   ///< of the box
+  bool is_float32 = false;  ///< all its coordinates are float32 values
 
   /// Whether the winding number means anything.
   static bool closed(const Verdict& verdict) { return verdict.bad_edges == 0; }

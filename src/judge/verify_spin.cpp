@@ -40,7 +40,7 @@ SpinSpec at_its_place(const Mesh& mesh, const Mesh* original, SpinSpec spec, con
 
 SpinState state_of(const Mesh& mesh, bool closed, const SpinSpec& spec, const Eigen::Vector3d& contact_mm,
                    const Progress& progress) {
-  const MassProperties body = mass_properties_of(material_of(mesh, closed, progress), spec.print.density_g_cm3);
+  const MassProperties body = mass_properties(material_of(mesh, closed, progress), spec.print.density_g_cm3);
   return spin_state(body, contact_mm, spec.up.normalized(), spec.yoyo);
 }
 

@@ -17,7 +17,7 @@ using namespace verify_detail;
 StandState state_of(const Mesh& mesh, bool closed, const StandSpec& spec, const Progress& progress) {
   StandState state;
   const Mesh material = material_of(mesh, closed, progress);
-  state.body = mass_properties_of(material, spec.print.density_g_cm3);
+  state.body = mass_properties(material, spec.print.density_g_cm3);
   state.to_ground = up_to_z(spec.up);
   const Mesh standing = transformed(material, Eigen::Affine3d(state.to_ground));
   const double height_mm = bounding_box(standing).sizes().z();

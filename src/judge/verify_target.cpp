@@ -13,7 +13,7 @@ using namespace verify_detail;
 
 TargetState state_of(const Mesh& mesh, bool closed, double diagonal_mm, const TargetSpec& spec, const Progress& progress) {
   TargetState state;
-  state.body = mass_properties_of(material_of(mesh, closed, progress), spec.print.density_g_cm3);
+  state.body = mass_properties(material_of(mesh, closed, progress), spec.print.density_g_cm3);
   state.deviations = inertial_deviations(spec.wanted, state.body, diagonal_mm);
   return state;
 }

@@ -93,6 +93,19 @@ Mesh with_merged_vertices(const Mesh& mesh) {
   return result;
 }
 
+bool is_float32(const Mesh& mesh) {
+  return std::all_of(mesh.vertices.begin(), mesh.vertices.end(), [](const Eigen::Vector3d& v) {
+    return std::all_of(v.begin(), v.end(), [](double x) { return static_cast<double>(static_cast<float>(x)) == x; });
+  });
+}
+
+double float32_spacing_mm(const Eigen::AlignedBox3d& box) {
+  const double largest = box.isEmpty() ? 0 : box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).maxCoeff();
+  return largest > 0 ? std::ldexp(1.0, std::ilogb(largest) - 23) : 0;
+}
+
+bool float32_holds_wall(const Eigen::AlignedBox3d& box, double wall_mm) { return 100 * float32_spacing_mm(box) <= wall_mm; }
+
 Components connected_components(const Mesh& mesh) {
   UnionFind joined(static_cast<int>(mesh.vertices.size()));
   for (const auto& t : mesh.triangles)

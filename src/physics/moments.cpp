@@ -35,6 +35,24 @@ Eigen::Matrix3d with_fixed_signs(Eigen::Matrix3d axes) {
   return axes;
 }
 
+// Those of the region a closed mesh bounds, of the points' places from `centre` on.
+Moments moments_about(const Eigen::Vector3d& centre, const Mesh& mesh) {
+  double volume = 0;                                 // 6 V
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();   // 24 integral of p
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();  // 120 integral of p p^T
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Eigen::Vector3d a = mesh.corner(t, 0) - centre;
+    const Eigen::Vector3d b = mesh.corner(t, 1) - centre;
+    const Eigen::Vector3d c = mesh.corner(t, 2) - centre;
+    const double det = a.dot(b.cross(c));
+    const Eigen::Vector3d sum = a + b + c;
+    volume += det;
+    first += det * sum;
+    second += det * (sum * sum.transpose() + a * a.transpose() + b * b.transpose() + c * c.transpose());
+  }
+  return from_parts(volume / 6, first / 24, second / 120);
+}
+
 }  // namespace
 
 Moments monomials(const Eigen::Vector3d& p) { return from_parts(1, p, p * p.transpose()); }
@@ -54,20 +72,7 @@ Eigen::Matrix3d quadric_hessian(const Moments& q) {
 Moments mesh_moments(const Mesh& mesh) {
   if (mesh.triangles.empty()) return Moments::Zero();
   const Eigen::Vector3d centre = bounding_box(mesh).center();
-  double volume = 0;                                 // 6 V
-  Eigen::Vector3d first = Eigen::Vector3d::Zero();   // 24 integral of p
-  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();  // 120 integral of p p^T
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Eigen::Vector3d a = mesh.corner(t, 0) - centre;
-    const Eigen::Vector3d b = mesh.corner(t, 1) - centre;
-    const Eigen::Vector3d c = mesh.corner(t, 2) - centre;
-    const double det = a.dot(b.cross(c));
-    const Eigen::Vector3d sum = a + b + c;
-    volume += det;
-    first += det * sum;
-    second += det * (sum * sum.transpose() + a * a.transpose() + b * b.transpose() + c * c.transpose());
-  }
-  return translated(from_parts(volume / 6, first / 24, second / 120), centre);
+  return translated(moments_about(centre, mesh), centre);
 }
 
 Moments translated(const Moments& s, const Eigen::Vector3d& t) {
@@ -109,6 +114,14 @@ MassProperties mass_properties(const Moments& s, double density_g_cm3) {
   result.principal_moments_g_mm2 = eigen.eigenvalues();
   result.principal_axes = with_fixed_signs(eigen.eigenvectors());
   return result;
+}
+
+MassProperties mass_properties(const Mesh& mesh, double density_g_cm3) {
+  if (mesh.triangles.empty()) return mass_properties(Moments(Moments::Zero()), density_g_cm3);
+  const Eigen::Vector3d centre = bounding_box(mesh).center();
+  MassProperties body = mass_properties(moments_about(centre, mesh), density_g_cm3);
+  body.centre_of_mass_mm += centre;
+  return body;
 }
 
 }  // namespace rayrep

@@ -51,7 +51,8 @@ const Criterion& criterion(const FloatVerdict& verdict, const std::string& name)
 using Names = std::vector<std::string>;
 
 Mesh float32(Mesh mesh) {
-  for (auto& v : mesh.vertices) v = v.cast<float>().cast<double>();
+  for (auto& v : mesh.vertices)  // by component: Eigen 3.4 leaves entries of a vector unrounded from -O2 on
+    for (double& x : v) x = static_cast<float>(x);
   return mesh;
 }
 
@@ -401,7 +402,7 @@ TEST(VerifyFloat, AnotherBodyAltogether) {
   const Mesh original = test::moved(Boat::outer(), {1000, 0, 0});
   const FloatVerdict verdict = verify(boat.mesh(), &original, boat.goal);
   EXPECT_EQ(failed(verdict), Names({"outer_unchanged"}));
-  EXPECT_EQ(verdict.outer_deviation_mm, std::numeric_limits<double>::infinity());
+  EXPECT_NEAR(verdict.outer_deviation_mm, 1000, 1e-9);
   EXPECT_EQ(verdict.cavities, 1u);
 }
 

@@ -222,6 +222,24 @@ TEST(MeshMoments, FarFromTheOriginTheVolumeKeepsItsDigits) {
   EXPECT_TRUE(test::near(s.segment<3>(MX) / s[M1], t, 1e-9));
 }
 
+TEST(MassProperties, OfAMeshKeepTheirDigitsFarFromTheOrigin) {
+  // A cube of 20 mm, 1 g/cm3: 8 g and 8 (20^2 + 20^2) / 12 g mm2, wherever its corners are held exactly.
+  for (const double far : {0.0, 1e4, 1e6, 1e8, 1e12}) {
+    const Eigen::Vector3d t(far, -far, 2 * far);
+    const MassProperties body = mass_properties(test::box(t, t + Eigen::Vector3d(20, 20, 20)), 1);
+    EXPECT_NEAR(body.mass_g, 8, 1e-12);
+    EXPECT_TRUE(test::near(body.inertia_g_mm2, 8 * 800 / 12.0 * Eigen::Matrix3d::Identity(), 1e-10)) << far;
+    EXPECT_TRUE(test::near(body.centre_of_mass_mm, t + Eigen::Vector3d(10, 10, 10), 1e-9)) << far;
+  }
+  const Mesh body = odd_body();
+  const MassProperties direct = mass_properties(body, 1.24);
+  const MassProperties by_moments = mass_properties(mesh_moments(body), 1.24);
+  EXPECT_NEAR(direct.mass_g, by_moments.mass_g, 1e-12 * direct.mass_g);
+  EXPECT_TRUE(test::near(direct.inertia_g_mm2, by_moments.inertia_g_mm2, 1e-10 * direct.inertia_g_mm2.norm()));
+  EXPECT_THROW(mass_properties(Mesh(), 1), Error);
+  EXPECT_THROW(mass_properties(test::flipped(body), 1), Error);
+}
+
 TEST(MeshMoments, CountsOverlapsTwiceAndNothingForNothing) {
   const Mesh cube = test::box({0, 0, 0}, {1, 1, 1});
   EXPECT_NEAR(mesh_moments(test::merged({cube, cube}))[M1], 2, 1e-15);

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <cstdio>
 #include <iostream>
@@ -205,9 +206,25 @@ void deliver(const Options& options, const Mesh& solid, RunReport& report, Stage
             << (replaced ? "; it replaced the file that was there" : "") << "\n";
 }
 
+/// Finds out before the work that STL, which stores float32, cannot hold the wall so far from the origin.
+void require_room_for_wall(const Options& options, const Mesh& solid) {
+  std::string ending = options.output.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  const Eigen::AlignedBox3d box = bounding_box(solid);
+  const double wall_mm = print_of(options.spec).wall_mm;
+  if (ending != ".stl" || float32_holds_wall(box, wall_mm)) return;
+  char text[256];
+  std::snprintf(text, sizeof text,
+                "So far from the origin the numbers of an STL file (float32) lie %.3g mm apart: too far for a wall of %.3g mm. "
+                "Write .3mf or .obj, which keep doubles (-o), or move the body to the origin.",
+                float32_spacing_mm(box), wall_mm);
+  throw Error(ErrorCode::input, text);
+}
+
 void run_hollow(const Options& options, Stages& stages, const Progress& progress) {
   const ReadMesh input = read_solid(options, progress);
   const Mesh& solid = input.checked.mesh;
+  require_room_for_wall(options, solid);
   RunReport report = start_report(options, input);
   HollowOptions how = options.hollow;
   how.as_stored = [&options](const Mesh& mesh) { return as_stored(options.output, mesh); };
@@ -254,7 +271,7 @@ void run_inspect(const Options& options, Stages& stages, const Progress& progres
   double area_mm2 = 0;
   if (input.checked.report.usable) {
     const Mesh boundary = boundary_of_union(input.checked.mesh, progress);
-    mass = mass_properties(mesh_moments(boundary), options.print.density_g_cm3);
+    mass = mass_properties(boundary, options.print.density_g_cm3);
     for (std::size_t t = 0; t < boundary.triangles.size(); ++t)
       area_mm2 += 0.5 * (boundary.corner(t, 1) - boundary.corner(t, 0)).cross(boundary.corner(t, 2) - boundary.corner(t, 0)).norm();
   }

@@ -72,7 +72,9 @@ struct Verdict {
   std::size_t solid_islands = 0;  ///< solid components floating free inside a cavity
   double smallest_wall_mm = 0;    ///< smallest distance from a cavity vertex to the outer surface, negative where one pokes out of
                                   ///< it; infinite without cavities
-  double outer_deviation_mm = 0;  ///< 0 when every triangle of the original is there unchanged; else the distance, or infinity
+  double outer_deviation_mm = 0;  ///< two-sided Hausdorff distance of what was changed of the outer surface, theory.md (41): 0 when
+                                  ///< nothing was, infinite when none is left
+  double coordinate_rounding_mm = 0;  ///< of the largest coordinate: 2^-23 of it where all are float32 values, else 2^-50
   std::vector<Criterion> criteria;
   std::vector<std::string> notes;
   bool pass() const;  ///< every criterion passes
@@ -89,8 +91,8 @@ struct FloatVerdict : Verdict {
 ///
 /// Criteria, in this order, with the limits of Limits where they are not named here:
 ///   closed              edges not run equally often both ways, and edges of shells that face inward but lie in nothing: 0
-///   outer_unchanged     mm, only with an original: triangles are compared as float32, in any order and orientation; at most the
-///                       float32 rounding of the largest coordinate
+///   outer_unchanged     mm, only with an original: outer_deviation_mm, at most coordinate_rounding_mm. Triangles are compared in
+///                       any order and orientation: as float32 where all delivered coordinates are such values (STL), else exactly
 ///   no_islands          0
 ///   wall                only with a cavity and spec.print.wall_mm > 0: smallest wall over spec.print.wall_mm, at the cavities'
 ///                       vertices

@@ -38,6 +38,16 @@ void flip(Mesh& mesh);
 /// The same triangles over vertices of which those with equal coordinates (-0 = 0) are one, numbered in order of first use.
 Mesh with_merged_vertices(const Mesh& mesh);
 
+/// True when every coordinate is a float32 value, as in a file that stores no others (STL).
+bool is_float32(const Mesh& mesh);
+
+/// Distance between neighbouring float32 values at the largest coordinate of a box, mm.
+double float32_spacing_mm(const Eigen::AlignedBox3d& box);
+
+/// True when float32 coordinates can hold a wall in this box: their spacing is at most 1/100 of it, so that rounding takes less
+/// than 1 % from it at each of its two surfaces. At 1e6 mm, where the spacing is 0.0625 mm, they cannot hold 1.2 mm.
+bool float32_holds_wall(const Eigen::AlignedBox3d& box, double wall_mm);
+
 /// The connected components of a mesh: triangles joined over shared vertices (by index).
 struct Components {
   std::vector<int> of_triangle;  ///< component of each triangle, numbered by first appearance

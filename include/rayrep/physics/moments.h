@@ -53,8 +53,14 @@ struct MassProperties {
   Eigen::Matrix3d principal_axes = Eigen::Matrix3d::Identity();
 };
 
-/// @param s  moments with unit density, about the origin (mm^3, mm^4, mm^5)
+/// @param s  moments with unit density, about the origin (mm^3, mm^4, mm^5). Of a body far from it the inertia is what rounding
+///           leaves: see mass_properties of a mesh.
 /// @throws Error{input} if the volume is not positive, or not finite.
 MassProperties mass_properties(const Moments& s, double density_g_cm3);
+
+/// The same of the region a closed mesh bounds (see mesh_moments), computed about the mesh's own centre: by way of moments about
+/// the origin the inertia of a body of size L at a distance D would lose (D / L)^2 of its digits.
+/// @throws Error{input} as above
+MassProperties mass_properties(const Mesh& mesh, double density_g_cm3);
 
 }  // namespace rayrep
