@@ -31,12 +31,6 @@ std::string number_hint(const std::string& text) {
   return " Give the number alone, without '" + rest + "'.";
 }
 
-double parse_double(const std::string& name, const std::string& text) {
-  const std::optional<double> value = number_in(text);
-  if (!value) usage_error("--" + name + " takes a number, such as 12.5; it is '" + text + "'." + number_hint(text));
-  return *value;
-}
-
 int parse_int(const std::string& name, const std::string& text) {
   long long value = 0;
   if (!parse_integer(text, value) || std::abs(value) > std::numeric_limits<int>::max())
@@ -69,8 +63,8 @@ void parse(Setting& setting, const std::string& text) {
   struct Parse {
     const Setting& setting;
     const std::string& text;
-    void operator()(double* place) const { *place = parse_double(setting.name, text); }
-    void operator()(std::optional<double>* place) const { *place = parse_double(setting.name, text); }
+    void operator()(double* place) const { *place = parse_number(setting.name, text); }
+    void operator()(std::optional<double>* place) const { *place = parse_number(setting.name, text); }
     void operator()(int* place) const { *place = parse_int(setting.name, text); }
     void operator()(bool* place) const { *place = true; }
     void operator()(const TextPlace& place) const { place.parse(text); }
@@ -103,7 +97,11 @@ void check(const Settings& settings) {
       usage_error("--" + setting.name + " " + setting.range.words() + "; it is " + shown(*value) + ".");
 }
 
-double parse_number(const std::string& name, const std::string& text) { return parse_double(name, text); }
+double parse_number(const std::string& name, const std::string& text) {
+  const std::optional<double> value = number_in(text);
+  if (!value) usage_error("--" + name + " takes a number, such as 12.5; it is '" + text + "'." + number_hint(text));
+  return *value;
+}
 
 std::string nearest_name(const std::string& text, const std::vector<std::string>& names) {
   const auto distance = [&text](const std::string& name) {
