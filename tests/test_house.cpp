@@ -29,6 +29,7 @@ const std::map<std::string, std::set<std::string>> kFolders = {
     {"solve", {"base", "mesh", "physics", "rays"}},
     {"make", {"base", "mesh", "physics", "rays", "solve"}},
     {"judge", {"base", "mesh", "io", "physics"}},
+    {"advice", {"base", "mesh", "physics", "rays", "solve", "make", "judge"}},
     {"report", {"base", "mesh", "io", "physics", "rays", "solve", "make", "judge"}},
 };
 

@@ -36,5 +36,7 @@
 
 #include "rayrep/judge/verify.h"             // what a mesh is found to be
 
+#include "rayrep/advice/suggest.h"           // what would do when a goal is out of reach
+
 #include "rayrep/report/report.h"            // JSON and text
 // clang-format on

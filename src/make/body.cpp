@@ -83,8 +83,7 @@ std::string Body::nothing_inside(const Discretisation& options, const Progress& 
                      number(deepest.distance_mm, 3) + " mm from the surface";
   if (deepest.distance_mm > options.wall_mm) text += " and the room around it is too small to print";
   return text + ". The body measures " + number(size.x(), 2) + " x " + number(size.y(), 2) + " x " + number(size.z(), 2) +
-         " mm: if that is not what you meant, set the unit (--unit) or the size (--size); otherwise choose a thinner wall "
-         "(--wall).";
+         " mm: if that is not what you meant, set the unit (--unit) or the size (--size).";
 }
 
 RayRep Body::inner_with(double wall_mm, double spacing_mm, const Progress& progress) const {

@@ -9,10 +9,8 @@
 namespace rayrep::detail {
 namespace {
 
-Error refusal(const Explanation& why) { return {ErrorCode::goal, why.text, why.remedies}; }
-
 /// best_waterline on as many rays as tell waterlines apart, and on all of them if that one cannot be met there.
-std::optional<double> searched_waterline(const FloatProblem& problem, const Body& body, const Progress& progress) {
+std::optional<double> searched_waterline(const FloatProblem& problem, const Body& body, double reserve, const Progress& progress) {
   constexpr std::size_t enough = 15000;
   int step = 1;
   while (problem.inner.intervals.size() > 2 * enough * static_cast<std::size_t>(step * step)) ++step;
@@ -22,12 +20,11 @@ std::optional<double> searched_waterline(const FloatProblem& problem, const Body
     const FloatProblem coarse{problem.hull,        inner,
                               integrals,           body.solid - integrals.full(),
                               problem.fluid_g_cm3, problem.density_g_cm3,
-                              problem.wall_mm,     problem.height_mm,
-                              problem.diagonal_mm};
-    const std::optional<double> best = best_waterline(coarse, progress);
+                              problem.height_mm,   problem.diagonal_mm};
+    const std::optional<double> best = best_waterline(coarse, reserve, progress);
     if (best && at_waterline(problem, *best).attainable) return best;
   }
-  return best_waterline(problem, progress);
+  return best_waterline(problem, reserve, progress);
 }
 
 /// Fills in the waterline of `spec`, given or searched. @throws Error{usage}, Error{goal}
@@ -35,8 +32,8 @@ void find_waterline(const FloatProblem& problem, const Body& body, FloatSpec& sp
   if (spec.submerged_fraction) spec.waterline_mm = *spec.submerged_fraction * body.height_mm;
   spec.submerged_fraction.reset();
   if (!spec.waterline_mm) {
-    spec.waterline_mm = searched_waterline(problem, body, progress);
-    if (!spec.waterline_mm) throw refusal(explain_no_waterline(problem, body.surface, progress));
+    spec.waterline_mm = searched_waterline(problem, body, spec.reserve, progress);
+    if (!spec.waterline_mm) throw Error(ErrorCode::goal, why_no_waterline(problem, spec.reserve, progress));
     spec.waterline_searched = true;
   } else if (!(*spec.waterline_mm > 0 && *spec.waterline_mm < body.height_mm)) {
     throw Error(ErrorCode::usage, "The waterline must lie between the lowest and the highest point, 0 and " +
@@ -59,21 +56,15 @@ Plan plan(const Mesh& solid, const FloatSpec& spec, const HollowOptions& options
   plan.body = upright_body(solid, spec.up, spec.print, options, progress);
   const Body& body = *plan.body;
   const double density_g_cm3 = spec.print.density_g_cm3;
-  const FloatProblem problem{body.hull,     body.inner.rays,    *body.integrals, body.shell,      spec.fluid_g_cm3,
-                             density_g_cm3, spec.print.wall_mm, body.height_mm,  body.diagonal_mm};
+  const FloatProblem problem{body.hull,        body.inner.rays, *body.integrals, body.shell,
+                             spec.fluid_g_cm3, density_g_cm3,   body.height_mm,  body.diagonal_mm};
   FloatSpec found = spec;
   progress.begin("waterline");
   find_waterline(problem, body, found, progress);
   plan.spec = found;
   const WaterlineState target = at_waterline(problem, *found.waterline_mm);
-  if (!target.attainable) throw refusal(explain_unattainable(problem, target, body.surface, progress));
-  if (target.metacentric_height_mm <= 0)
-    throw Error(ErrorCode::goal,
-                "It cannot float upright at a waterline of " + number(*found.waterline_mm, 2) +
-                    " mm: with the lowest possible centre of mass the metacentric height is " +
-                    number(target.metacentric_height_mm, 2) +
-                    " mm, and it must be positive. Leave the waterline to the search (no --waterline), or try a denser "
-                    "material (--density) or a thinner wall (--wall).");
+  if (!target.attainable || (!found.waterline_searched && !comes_back(problem, target)))
+    throw Error(ErrorCode::goal, why_unattainable(problem, target));
 
   const double material_mm3 = target.water.displaced_volume_mm3 * spec.fluid_g_cm3 / density_g_cm3;
   const Eigen::Vector2d centre = target.water.centre_of_buoyancy_mm.head<2>();

@@ -5,78 +5,37 @@
 #include "base/text.h"
 #include "make/plan.h"
 #include "make/spin_search.h"
-#include "make/wall_search.h"
 #include "rayrep/base/error.h"
 #include "rayrep/make/waterline.h"
 
 namespace rayrep::detail {
 namespace {
 
-/// A wall, as thick as can be, with which the body spins about the axis as wanted.
-std::optional<double> wall_for_balance(const Body& body, const Goal& goal, const SpinSpec& spec, const Progress& progress) {
-  return thinner_wall(spec.print.wall_mm, [&](double wall) {
-    const RayIntegrals inner(body.inner_with(wall, body.size_mm / 80, progress));
-    if (inner.intervals() == 0) return false;
-    const QuadricSolution solution = solve_quadric(goal, inner, body.solid - inner.full());
-    return solution.converged && spins_as_wanted(solution.moments, spec.prefer == AxisClass::largest);
-  });
-}
-
-std::string vector_text(const Eigen::Vector3d& v, int digits) {
-  return number(v.x(), digits) + "," + number(v.y(), digits) + "," + number(v.z(), digits);
-}
-
-/// Why the body cannot be balanced about this axis, how near it comes, and what would make it possible.
-Error unbalanced(const Body& body, const SpinSpec& spec, const Goal& goal, const Progress& progress) {
-  progress.begin("advice");
+/// Why the body cannot be balanced about this axis, and how near it comes.
+Error unbalanced(const Body& body, const SpinSpec& spec, const Goal& goal) {
   const NearestSolution nearest = nearest_attainable(goal, *body.integrals, body.shell, 1e-6);
   const Moments& s = nearest.moments;
   const double offset = (spec.yoyo ? s.segment<3>(MX).norm() : s.segment<2>(MX).norm()) / s[M1];
   const double products = Eigen::Vector2d(s[MXZ], s[MYZ]).norm() / s[M1];
-  std::string text = "It cannot be balanced about this axis: no interior on these rays brings the centre of mass onto " +
-                     std::string(spec.yoyo ? "the centre" : "the axis") +
-                     " and makes the products of inertia vanish (proven). The centre of mass alone comes to within " +
-                     number(smallest_offset_mm(body.inner.rays, body.shell, std::nullopt, {0, 0}), 3) +
-                     " mm of the axis; where the static moment and the products together are smallest, it lies " +
-                     number(offset, 3) + " mm beside it, the mass is " + number(s[M1] * spec.print.density_g_cm3 / 1000, 2) +
-                     " g and the products are " + number(products, 3) + " mm2 per unit of mass.";
-  const SpinSearch search(body, spec);
-  const Eigen::Affine3d back = body.to_working.inverse();
-  std::vector<std::string> remedies;
-  std::string ways;
-  const auto add = [&](const std::string& way, const std::string& remedy) {
-    ways += (ways.empty() ? "" : "; ") + way + " (" + remedy + ")";
-    remedies.push_back(remedy);
-  };
-  if (const auto point = search.nearest_point({}, progress))
-    add("move the axis by " + number(point->second, 2) + " mm",
-        (spec.yoyo ? "--center " : "--point ") + vector_text(back * point->first.contact_mm, 3));
-  if (const auto tilt = search.smallest_tilt({}, progress))
-    add("tilt it by " + number(tilt->second * 180 / std::numbers::pi, 1) + " degrees",
-        "--up " + vector_text(back.linear() * tilt->first.up, 5));
-  if (const auto wall = wall_for_balance(body, goal, spec, progress)) add("make the wall thinner", "--wall " + wall_words(*wall));
-  text += ways.empty() ? " No parallel axis (--point), no tilt up to 30 degrees (--up) and no wall down to " +
-                             number(kThinnestWall_mm, 1) + " mm (--wall) would help: try another shape, or a larger body (--size)."
-                       : " What would make it possible: " + ways + ".";
-  return {ErrorCode::goal, text, remedies};
+  return {ErrorCode::goal, "It cannot be balanced about this axis: no interior on these rays brings the centre of mass onto " +
+                               std::string(spec.yoyo ? "the centre" : "the axis") +
+                               " and makes the products of inertia vanish (proven). The centre of mass alone comes to within " +
+                               number(smallest_offset_mm(body.inner.rays, body.shell, std::nullopt, {0, 0}), 3) +
+                               " mm of the axis; where the static moment and the products together are smallest, it lies " +
+                               number(offset, 3) + " mm beside it, the mass is " +
+                               number(s[M1] * spec.print.density_g_cm3 / 1000, 2) + " g and the products are " +
+                               number(products, 3) + " mm2 per unit of mass."};
 }
 
-/// Axis and contact point in the frame of the mesh that was given, searched at a coarse resolution where that is asked for.
-SpinFrame spin_frame(const Mesh& outer, const SpinSpec& spec, const HollowOptions& options, const Progress& progress) {
-  SpinFrame frame{spec.up.normalized(), spec.yoyo ? spec.centre_mm.value_or(bounding_box(outer).center())
-                                                  : contact_point(outer, spec.axis, spec.up, progress)};
-  const bool points = spec.axis.through == SpinAxis::Through::best && !spec.yoyo;
-  if (!points && spec.max_tilt_rad == 0) return frame;
-  Discretisation coarse = discretisation(spec.print, options);
-  coarse.resolution = std::min(coarse.resolution, 80);
-  Eigen::Affine3d working = working_frame(outer, spec.up);
-  working.translation() = -(working.linear() * frame.contact_mm);
-  const Body body(outer, working, coarse, progress);
-  progress.begin("axis");
-  const SpinFrame best = SpinSearch(body, spec).best({}, points, spec.max_tilt_rad, progress);
-  frame.up = working.linear().transpose() * best.up;
-  frame.contact_mm = working.inverse() * best.contact_mm;
-  return frame;
+/// Why a body that can be balanced does not spin for all that.
+Error tumbles(const Moments& s, bool largest) {
+  const SpinState state = spin_state(mass_properties(s, 1), Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ());
+  const std::string other = largest ? "larger" : "smaller";
+  return {ErrorCode::goal,
+          "It can be balanced about this axis, but would not spin stably: at best its moment of inertia about the axis is " +
+              number(largest ? state.ratio_larger : state.ratio_smaller, 4) + " times the " + other +
+              " of the two across it, and must be " + (largest ? "more" : "less") +
+              " than that one. A body tumbles about an axis of middle moment."};
 }
 
 /// What a judge is to hold it to.
@@ -138,20 +97,18 @@ SpinWeights weights_of(const SpinSpec& spec) {
 Plan plan(const Mesh& solid, const SpinSpec& spec, const HollowOptions& options, const Progress& progress) {
   progress.begin("domain");
   Mesh outer = stored(solid, options);
-  const SpinFrame axis = spin_frame(outer, spec, options, progress);
+  const SpinFrame axis = spin_frame(outer, spec, discretisation(spec.print, options), progress);
   progress.begin("domain");
-  Eigen::Affine3d frame = working_frame(outer, axis.up);
-  frame.translation() = -(frame.linear() * axis.contact_mm);
   Plan plan;
   plan.spec = filled_in(spec, axis);
-  plan.body = std::make_unique<Body>(std::move(outer), frame, discretisation(spec.print, options), progress);
+  plan.body = body_about(axis, std::move(outer), discretisation(spec.print, options), progress);
   const Body& body = *plan.body;
   const InteriorNlp::Scale scale{body.solid[M1], body.diagonal_mm};
   const bool largest = spec.prefer == AxisClass::largest;
   const Goal goal = spin_goal(weights_of(spec), largest, spec.yoyo, scale.volume_mm3, scale.length_mm);
   progress.begin("solve");
   const QuadricSolution exact = solve_quadric(goal, *body.integrals, body.shell);
-  if (exact.infeasible) throw unbalanced(body, spec, goal, progress);
+  if (exact.infeasible) throw unbalanced(body, spec, goal);
   // What was solved to see whether it can be done is where the first pass starts.
   const QuadricSolution* known = &exact;
   if (spec.certify) {
@@ -166,6 +123,7 @@ Plan plan(const Mesh& solid, const SpinSpec& spec, const HollowOptions& options,
   }
   plan.setup = setup_of(spec, options, scale);
   if (known->converged) {
+    if (!spins_as_wanted(known->moments, largest)) throw tumbles(known->moments, largest);
     plan.setup.warm.moments = known->moments;
     plan.setup.warm.multipliers = known->multipliers;
   }

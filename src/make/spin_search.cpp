@@ -219,4 +219,26 @@ std::optional<std::pair<SpinFrame, double>> SpinSearch::smallest_tilt(const Spin
   return std::pair{tilted(frame, tilt_by(frame.up, *tilt)), tilt->norm()};
 }
 
+std::unique_ptr<Body> body_about(const SpinFrame& axis, Mesh outer, const Discretisation& options, const Progress& progress) {
+  Eigen::Affine3d frame = working_frame(outer, axis.up);
+  frame.translation() = -(frame.linear() * axis.contact_mm);
+  return std::make_unique<Body>(std::move(outer), frame, options, progress);
+}
+
+SpinFrame in_frame_given(const SpinFrame& axis, const Body& body) {
+  return {body.to_working.linear().transpose() * axis.up, body.to_working.inverse() * axis.contact_mm};
+}
+
+SpinFrame spin_frame(const Mesh& outer, const SpinSpec& spec, const Discretisation& options, const Progress& progress) {
+  const SpinFrame asked{spec.up.normalized(), spec.yoyo ? spec.centre_mm.value_or(bounding_box(outer).center())
+                                                        : contact_point(outer, spec.axis, spec.up, progress)};
+  const bool points = spec.axis.through == SpinAxis::Through::best && !spec.yoyo;
+  if (!points && spec.max_tilt_rad == 0) return asked;
+  Discretisation coarse = options;
+  coarse.resolution = std::min(coarse.resolution, 80);
+  const auto body = body_about(asked, outer, coarse, progress);
+  progress.begin("axis");
+  return in_frame_given(SpinSearch(*body, spec).best({}, points, spec.max_tilt_rad, progress), *body);
+}
+
 }  // namespace rayrep::detail

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include "make/body.h"
@@ -47,5 +48,15 @@ private:
   Goal goal_;
   Eigen::Vector3d centre_;  ///< of mass of the solid
 };
+
+/// The body in the working frame of an axis: that is z, through the origin.
+/// @param axis  in the frame of `outer`
+std::unique_ptr<Body> body_about(const SpinFrame& axis, Mesh outer, const Discretisation& options, const Progress& progress);
+
+/// An axis found in the working frame, in the frame of the mesh that was given.
+SpinFrame in_frame_given(const SpinFrame& axis, const Body& body);
+
+/// Axis and contact point in the frame of the mesh that was given, searched at a coarse resolution where that is asked for.
+SpinFrame spin_frame(const Mesh& outer, const SpinSpec& spec, const Discretisation& options, const Progress& progress);
 
 }  // namespace rayrep::detail

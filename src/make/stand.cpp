@@ -12,11 +12,19 @@
 namespace rayrep::detail {
 namespace {
 
+/// Below which a body that stands is at the point of tipping: ten times what a judge asks for.
+constexpr double kSmallestAngle = 1e-5;
+
 /// The lowest centre of mass above `target`; none if out of reach.
 std::optional<Moments> lowest_above(const Body& body, const Eigen::Vector2d& target, const InteriorNlp::Scale& scale) {
   const QuadricSolution lowest = solve_quadric(stand_goal(target, scale.volume_mm3, scale.length_mm), *body.integrals, body.shell);
   if (!lowest.converged) return std::nullopt;
   return lowest.moments;
+}
+
+double smallest_tipping_angle(const SupportPolygon& polygon, const Moments& s) {
+  const std::vector<double> angles = tipping_angles_rad(polygon, s.segment<3>(MX) / s[M1]);
+  return *std::min_element(angles.begin(), angles.end());
 }
 
 /// The target where the smallest tipping angle is largest. The angle is a quasiconcave function of the target, since the attainable
@@ -26,9 +34,7 @@ Eigen::Vector2d safest_target(const Body& body, const SupportPolygon& polygon, c
   const auto angle_at = [&](const Eigen::Vector2d& target) {
     progress.check();
     const std::optional<Moments> s = lowest_above(body, target, scale);
-    if (!s) return -std::numeric_limits<double>::infinity();
-    const std::vector<double> angles = tipping_angles_rad(polygon, s->segment<3>(MX) / (*s)[M1]);
-    return *std::min_element(angles.begin(), angles.end());
+    return s ? smallest_tipping_angle(polygon, *s) : -std::numeric_limits<double>::infinity();
   };
   Eigen::Vector2d best = start;
   double best_angle = angle_at(best);
@@ -67,6 +73,18 @@ Eigen::Vector2d chosen_target(const Body& body, const SupportPolygon& polygon, c
   return target;
 }
 
+/// Why a body with this centre of mass does not stand.
+Error tips_over(const SupportPolygon& polygon, const Moments& s, double tolerance_mm, const StandSpec& spec) {
+  const std::vector<double> distances = polygon.edge_distances_mm(s.segment<2>(MX) / s[M1]);
+  const double beside_mm = -*std::min_element(distances.begin(), distances.end());
+  const bool named = spec.target_mm && spec.objective == StandSpec::Objective::lowest;
+  return {ErrorCode::goal,
+          std::string(named ? "It would tip over: the target lies "
+                            : "It cannot stand: as near to its base as the centre of mass can be brought it lies ") +
+              number(beside_mm, 2) + " mm beside the base, which is what is within " + number(tolerance_mm, 3) +
+              " mm of the lowest point (" + number(polygon.area_mm2, 1) + " mm2)."};
+}
+
 void prove(const Plan& plan, const Moments& constant, HollowResult& result) {
   // For every s that meets the constraints, (c_z(s) - c_z) m(s) / (L m) = q.s >= min over all interiors of q.s. theory.md (27d)
   const Moments& q = result.q;
@@ -86,24 +104,21 @@ Plan plan(const Mesh& solid, const StandSpec& spec, const HollowOptions& options
   const double tolerance = spec.contact_tolerance_mm ? *spec.contact_tolerance_mm : contact_tolerance_mm(body.height_mm);
   const SupportPolygon polygon = support_polygon(body.hull, tolerance);
   if (polygon.corners_mm.size() < 3)
-    throw Error(ErrorCode::goal,
-                std::string("It cannot stand: it touches the ground in ") +
-                    (polygon.corners_mm.size() < 2 ? "a point" : "an edge") + " only (within " + number(tolerance, 3) +
-                    " mm of its lowest point). Flatten its base, choose another attitude (--up), or allow for more give "
-                    "(--contact).");
+    throw Error(ErrorCode::goal, std::string("It cannot stand: it touches the ground in ") +
+                                     (polygon.corners_mm.size() < 2 ? "a point" : "an edge") + " only (within " +
+                                     number(tolerance, 3) + " mm of its lowest point).");
 
   const InteriorNlp::Scale scale{body.solid[M1], body.diagonal_mm};
   const Eigen::Vector2d target = chosen_target(body, polygon, spec, scale, progress);
   StandSpec found = spec;
   found.target_mm = body.to_working.inverse() * Eigen::Vector3d(target.x(), target.y(), 0);
   plan.spec = found;
-  if (!lowest_above(body, target, scale))
-    throw Error(ErrorCode::goal,
-                "The centre of mass cannot be brought above the target: at the nearest any interior comes it is " +
-                    number(smallest_offset_mm(body.inner.rays, body.shell, std::nullopt, target), 3) +
-                    " mm beside it (horizontally). Choose another target (--target), a thinner wall (--wall), or let the "
-                    "target be searched (--objective tip-angle).",
-                {"--objective tip-angle"});
+  const std::optional<Moments> lowest = lowest_above(body, target, scale);
+  if (!lowest)
+    throw Error(ErrorCode::goal, "The centre of mass cannot be brought above the target: at the nearest any interior comes it is " +
+                                     number(smallest_offset_mm(body.inner.rays, body.shell, std::nullopt, target), 3) +
+                                     " mm beside it (horizontally).");
+  if (!(smallest_tipping_angle(polygon, *lowest) > kSmallestAngle)) throw tips_over(polygon, *lowest, tolerance, spec);
   plan.goal = stand_goal(target, scale.volume_mm3, scale.length_mm);
   plan.error = [target, L = scale.length_mm](const Moments& s) { return (s.segment<2>(MX) / s[M1] - target).norm() / L; };
   plan.setup.solver = options.solver;

@@ -8,7 +8,6 @@
 
 #include "base/text.h"
 #include "make/plan.h"
-#include "make/wall_search.h"
 #include "rayrep/base/error.h"
 #include "rayrep/make/hollow.h"
 #include "rayrep/rays/inner_domain.h"
@@ -47,16 +46,7 @@ bool can_be_met(const TargetGoal::Setup& setup, const RayIntegrals& rays, const 
   return solve_target(setup, rays, shell).solution.converged;
 }
 
-/// A wall with which the numbers can be met.
-std::optional<double> wall_that_helps(const Body& body, const TargetGoal::Setup& setup, double wall_mm, const Progress& progress) {
-  const double spacing = std::max(body.inner.rays.grid.spacing_mm, body.size_mm / 120);
-  return thinner_wall(wall_mm, [&](double wall) {
-    const RayIntegrals rays(body.inner_with(wall, spacing, progress));
-    return rays.intervals() > 0 && can_be_met(setup, rays, body.solid - rays.full());
-  });
-}
-
-/// Says why the numbers cannot be met, how near they can be met, and what would help.
+/// Says why the numbers cannot be met, how near they can be met, and which others could.
 [[noreturn]] void throw_unattainable(const Body& body, const TargetGoal::Setup& setup, double wall_mm, const Progress& progress) {
   const double rho = setup.density_g_cm3 * 1e-3;
   std::string text;
@@ -105,16 +95,7 @@ std::optional<double> wall_that_helps(const Body& body, const TargetGoal::Setup&
   }
   if (count > 0) text += " All the others can be met without " + without + ".";
 
-  std::vector<std::string> remedies;
-  if (!mass || *mass <= solid_g) {
-    if (const auto wall = wall_that_helps(body, setup, wall_mm, progress)) {
-      text += " They can be met with a wall of about " + wall_words(*wall) + " mm or thinner (--wall).";
-      remedies.push_back("--wall " + wall_words(*wall));
-    } else {
-      text += " No wall down to " + number(kThinnestWall_mm, 1) + " mm makes them possible.";
-    }
-  }
-  throw Error(ErrorCode::goal, text, std::move(remedies));
+  throw Error(ErrorCode::goal, text);
 }
 
 /// A target on one body.

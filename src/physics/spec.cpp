@@ -256,7 +256,7 @@ Settings settings(FloatSpec& spec, For purpose) {
         .words = "height of the waterline above the lowest point",
         .details =
             "With neither this nor --submerged, float searches the waterline of largest metacentric height among those that can "
-            "be met (at least 5 % of the volume stay dry), and verify judges the mesh where it displaces its own mass.",
+            "be met (--reserve of the volume stays dry), and verify judges the mesh where it displaces its own mass.",
         .place = &spec.waterline_mm,
         .range = Range::positive(),
         .also = "submerged"},
@@ -266,7 +266,14 @@ Settings settings(FloatSpec& spec, For purpose) {
         .details = "",
         .place = &spec.submerged_fraction,
         .range = {.lo = 0, .hi = 1},
-        .also = "waterline"}},
+        .also = "waterline"},
+       {.name = "reserve",
+        .value = "FRACTION",
+        .words = "part of the volume that a searched waterline leaves dry",
+        .details = "At least: a print that comes out heavier than planned by less than this still floats.",
+        .place = &spec.reserve,
+        .range = {.lo = 0, .hi = 1, .open = false},
+        .applies = For::making}},
       purpose);
 }
 
@@ -376,9 +383,8 @@ Settings settings(StandSpec& spec, For purpose) {
        {.name = "contact",
         .value = "MM",
         .words = "height that still counts as touching the ground",
-        .details =
-            "What lies no more than this above the lowest point touches the ground. Default: 0.01 mm or 1/10000 of the height, "
-            "whichever is more.",
+        .details = "What lies no more than this above the lowest point touches the ground. Default: 0.15 mm, the give of a "
+                   "printed base, but at most 1/200 and at least 1/10000 of the height.",
         .place = &spec.contact_tolerance_mm,
         .range = Range::positive()}},
       purpose);

@@ -248,7 +248,7 @@ Vector2d SupportPolygon::safest_point_mm() const {
   return middle_of(centres);
 }
 
-double contact_tolerance_mm(double height_mm) { return std::max(0.01, 1e-4 * height_mm); }
+double contact_tolerance_mm(double height_mm) { return std::max(std::min(0.15, 5e-3 * height_mm), 1e-4 * height_mm); }
 
 SupportPolygon support_polygon(const Mesh& mesh, double tolerance_mm) {
   assert(tolerance_mm >= 0);
@@ -271,7 +271,7 @@ SupportPolygon support_polygon(const Mesh& mesh, double tolerance_mm) {
 
   if (polygon.size() > 1) {
     constexpr double slope = 0.25 * std::numbers::pi / 180;
-    constexpr double small = 0.05;  // a generous tolerance is meant to make a rough base stand
+    constexpr double small = 0.1;  // a generous tolerance is meant to make a rough base stand
     const double widest_mm = std::min(2 * tolerance_mm / slope, small * bounding_box(mesh).diagonal().norm());
     const Polygon inner = contact(tolerance_mm / 2);
     // To a half on a tip, to 0.71 on a round bottom; where feet come and go with the tolerance, to nothing or not at all.

@@ -1,6 +1,6 @@
 #!/bin/sh
 # What rayrep delivers, byte for byte: runs every line of runs.txt in every format and of more_runs.txt as STL, and compares the
-# files, the terminal text (but its times) and the exit codes with the table delivered.txt.
+# files, the terminal text (but its times) and the exit codes with the table delivered.txt. Without advice, which is many runs more.
 #
 #   tests/delivered/check.sh RAYREP            compares; exit 1 and the lines that differ
 #   tests/delivered/check.sh RAYREP --update   writes the table: for a commit that means to change what is delivered
@@ -20,7 +20,7 @@ run() {  # ENDING ARGUMENTS...
   out="$work/$key/out.$ending"
   mkdir "$work/$key"
   code=0
-  "$tool" "$@" --resolution 60 -o "$out" >"$work/$key/text" 2>&1 || code=$?
+  "$tool" "$@" --resolution 60 --no-advice -o "$out" >"$work/$key/text" 2>&1 || code=$?
   sed -i -e "s#$work/$key/##g" -e 's/, in [0-9.]* s$//' "$work/$key/text"
   echo "$code $(hash_of "$out") $(hash_of "$work/$key/text") $ending $*"
 }

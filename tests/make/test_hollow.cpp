@@ -132,10 +132,10 @@ TEST(HollowFloat, SaysThatTheShellIsTooHeavy) {
   Job<FloatSpec> options = coarse();
   options.spec.waterline_mm = 8;
   const std::string text = message_of([&] { hollowed(uv_ellipsoid(30, 22, 16, 32), options); }, ErrorCode::goal);
-  EXPECT_TRUE(mentions(text, {"The shell alone weighs", "displaces", "deeper than", "--wall", "--density"}));
+  EXPECT_TRUE(mentions(text, {"The shell alone weighs", "displaces", "deeper than", "lighter than"}));
 }
 
-TEST(HollowFloat, TheAdviceWorks) {
+TEST(HollowFloat, ALittleDeeperThanTheShellItFloats) {
   // "float it deeper than X": a little deeper than X is no longer too heavy.
   const Mesh solid = uv_ellipsoid(30, 22, 16, 32);
   Job<FloatSpec> options = coarse();
@@ -189,7 +189,7 @@ TEST(HollowFloat, SaysThatItSinks) {
 
 TEST(HollowFloat, SaysThatNothingRemainsInside) {
   const std::string text = message_of([&] { hollowed(box({0, 0, 0}, {30, 20, 2}), coarse()); }, ErrorCode::goal);
-  EXPECT_TRUE(mentions(text, {"Nothing remains inside a wall of 1.20 mm", "1.000 mm from the surface", "--unit", "--wall"}));
+  EXPECT_TRUE(mentions(text, {"Nothing remains inside a wall of 1.20 mm", "1.000 mm from the surface", "--unit", "--size"}));
 }
 
 TEST(HollowFloat, RefusesOptionsThatMakeNoSense) {

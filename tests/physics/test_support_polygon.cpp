@@ -91,7 +91,8 @@ void expect_tilting_plane_agrees(const Mesh& mesh, double tolerance_mm) {
   const Vector3d centre = centre_of_mass(mesh);
   const std::vector<Vector3d> corners = sanded(mesh, tolerance_mm);
   const std::vector<double> angles = tipping_angles_rad(polygon, centre);
-  const double allowed = 0.1 * kPi / 180;
+  // Sanded, the body is lower by up to the tolerance.
+  const double allowed = 0.1 * kPi / 180 + tolerance_mm / (centre.z() - polygon.ground_mm);
   for (std::size_t k = 0; k < angles.size(); ++k) {
     const Vector2d along = (polygon.corners_mm[(k + 1) % angles.size()] - polygon.corners_mm[k]).normalized();
     EXPECT_NEAR(simulated_tipping_angle(corners, centre, {along.y(), -along.x()}), angles[k], allowed) << "edge " << k;
@@ -237,8 +238,9 @@ TEST(SupportPolygon, TheToleranceIsAHeightAtWhichTrianglesAreCut) {
     if (v.z() > 5) v.head<2>() *= 2;
   for (const double tolerance : {0., 0.01, 0.5, 3.})
     EXPECT_NEAR(support_polygon(box, tolerance).area_mm2, 4 * std::pow(10 + tolerance, 2), 1e-9) << tolerance;
-  EXPECT_EQ(contact_tolerance_mm(20), 0.01);
-  EXPECT_DOUBLE_EQ(contact_tolerance_mm(500), 0.05);
+  EXPECT_DOUBLE_EQ(contact_tolerance_mm(10), 0.05);
+  EXPECT_EQ(contact_tolerance_mm(100), 0.15);
+  EXPECT_DOUBLE_EQ(contact_tolerance_mm(3000), 0.3);
 }
 
 TEST(SupportPolygon, HasNoThreeCornersOnALine) {

@@ -19,22 +19,47 @@ void on_signal(int signal) {
   std::signal(signal, SIG_DFL);
 }
 
+bool is_interrupted() { return interrupted.load(); }
+
+/// What would do instead of a hollowing that was refused for its goal: told beside the message, and with --suggest as command lines
+/// on standard output.
+void advise(int argc, char** argv, const rayrep::tool::Options& options) {
+  if (!options.suggest && (options.quiet || options.no_advice)) return;
+  std::cerr << "rayrep: Looking for what would do (Ctrl-C stops that) ..." << std::endl;
+  try {
+    const rayrep::Advice advice = rayrep::tool::advise(options, is_interrupted, [&](const rayrep::Suggestion& found) {
+      const std::string line = rayrep::tool::suggested(argc, argv, found);
+      std::cerr << "  " << found.change << ":  " << line << std::endl;
+      if (options.suggest) std::cout << line << std::endl;
+    });
+    if (advice.suggestions.empty())
+      std::cerr << "rayrep: Nothing does: tried " << advice.tried << "." << std::endl;
+    else
+      std::cerr << "rayrep: Each of these was run and verified." << std::endl;
+  } catch (const rayrep::Error&) {
+    // The refusal stands, with or without advice.
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
   std::signal(SIGXFSZ, SIG_IGN);  // a full quota is then an error of the write
-  bool suggest = false;
   try {
     const rayrep::tool::Options options = rayrep::tool::parse_command_line(argc, argv);
-    suggest = options.suggest;
-    rayrep::tool::run(options, [] { return interrupted.load(); });
+    try {
+      rayrep::tool::run(options, is_interrupted);
+    } catch (const rayrep::Error& error) {
+      if (error.code() != rayrep::ErrorCode::goal || options.command != rayrep::tool::Command::hollow) throw;
+      std::cerr << "rayrep: " << error.what() << std::endl;
+      advise(argc, argv, options);
+      return static_cast<int>(error.code());
+    }
     return 0;
   } catch (const rayrep::Error& error) {
     std::cerr << "rayrep: " << error.what() << "\n";
-    if (suggest)
-      for (const std::string& remedy : error.remedies()) std::cout << rayrep::tool::remedied(argc, argv, remedy) << "\n";
     return static_cast<int>(error.code());
   } catch (const std::bad_alloc&) {
     std::cerr << "rayrep: Out of memory: try a lower --resolution.\n";

@@ -145,20 +145,26 @@ Settings common_rows(Options& options, bool with_report) {
 }
 
 Settings output_rows(Options& options) {
-  return {
-      {.name = "output,o",
-       .value = "FILE",
-       .words = "where to write: .stl .obj .ply .3mf (default MESH_" + options.goal + ".stl)",
-       .details =
-           "The ending chooses binary STL, OBJ, PLY or 3MF. Default: the input's name with the goal behind it, in the current "
-           "folder.",
-       .place = path_place(options.output)},
-      {.name = "suggest",
-       .value = "",
-       .words = "if it fails, print command lines that would not",
-       .details = "When the goal is out of reach: also print, on standard output, command lines with which it is in reach (another "
-                  "waterline, wall, contact point, axis ...), one a line. The message always names them.",
-       .place = &options.suggest}};
+  return {{.name = "output,o",
+           .value = "FILE",
+           .words = "where to write: .stl .obj .ply .3mf (default MESH_" + options.goal + ".stl)",
+           .details =
+               "The ending chooses binary STL, OBJ, PLY or 3MF. Default: the input's name with the goal behind it, in the current "
+               "folder.",
+           .place = path_place(options.output)},
+          {.name = "suggest",
+           .value = "",
+           .words = "if it fails, print the command lines that would do",
+           .details =
+               "When the goal is out of reach, command lines with which it is met are looked for (another waterline, wall, contact "
+               "point, axis, size ...), each of them run and verified. They are told beside the message; with this they are also "
+               "printed on standard output, one a line.",
+           .place = &options.suggest},
+          {.name = "no-advice",
+           .value = "",
+           .words = "if it fails, say only why",
+           .details = "Without looking for what would do, which takes some seconds.",
+           .place = &options.no_advice}};
 }
 
 void append(Settings& settings, const Settings& more) { settings.insert(settings.end(), more.begin(), more.end()); }
@@ -336,8 +342,8 @@ void apply(const std::vector<Group>& groups, const Given& given, Options& option
 }
 
 void note_in_force(const std::vector<Group>& groups, Options& options) {
-  static const std::set<std::string> kNotTold = {"material", "help", "quiet", "verbose", "output",  "report",
-                                                 "suggest",  "json", "urdf",  "mjcf",    "original"};
+  static const std::set<std::string> kNotTold = {"material", "help",      "quiet", "verbose", "output", "report",
+                                                 "suggest",  "no-advice", "json",  "urdf",    "mjcf",   "original"};
   for (const Group& group : groups)
     for (const Setting& s : group.settings)
       if (!kNotTold.contains(long_name(s))) options.in_force.emplace_back(long_name(s), shown(s));
@@ -469,13 +475,21 @@ std::string quoted(const std::string& word) {
   return text + "'";
 }
 
-std::string remedied(int argc, const char* const* argv, const std::string& remedy) {
-  // An option and those that say the same in other words.
-  static const std::map<std::string, std::set<std::string>> replaces = {
-      {"--waterline", {"--waterline", "--submerged"}}, {"--density", {"--density", "--material"}}, {"--up", {"--up", "--axis"}}};
-  const std::string name = remedy.substr(0, remedy.find(' '));
-  const auto found = replaces.find(name);
-  const std::set<std::string> gone = found != replaces.end() ? found->second : std::set<std::string>{name};
+std::string suggested(int argc, const char* const* argv, const Suggestion& suggestion) {
+  // An option and those that say the same in other words, or belong to it.
+  static const std::map<std::string, std::set<std::string>> replaces = {{"waterline", {"--waterline", "--submerged"}},
+                                                                        {"material", {"--density", "--material"}},
+                                                                        {"up", {"--up", "--axis", "--max-tilt"}}};
+  std::set<std::string> gone;
+  std::string more;
+  for (const auto& [name, value] : suggestion.options) {
+    const auto found = replaces.find(name);
+    if (found != replaces.end())
+      gone.insert(found->second.begin(), found->second.end());
+    else
+      gone.insert("--" + name);
+    more += " --" + name + " " + quoted(value);
+  }
   std::string text = "rayrep";
   for (int n = 1; n < argc; ++n) {
     const std::string word = argv[n];
@@ -487,7 +501,7 @@ std::string remedied(int argc, const char* const* argv, const std::string& remed
     }
     text += " " + quoted(word);
   }
-  return text + " " + remedy;
+  return text + more;
 }
 
 std::string judging_command(const Options& options, const Spec& spec, const std::string& output, bool with_original) {

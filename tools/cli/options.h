@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "rayrep/advice/suggest.h"
 #include "rayrep/base/setting.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/make/hollow.h"
@@ -36,7 +37,8 @@ struct Options {
   std::filesystem::path report;    ///< empty: none
   std::filesystem::path urdf;      ///< target, inspect; empty: none
   std::filesystem::path mjcf;
-  bool suggest = false;  ///< print command lines that would succeed when this one cannot
+  bool suggest = false;    ///< print command lines that would succeed when this one cannot
+  bool no_advice = false;  ///< do not look for them
   bool json = false;
   bool quiet = false;
   bool verbose = false;
@@ -68,8 +70,8 @@ std::vector<Options> defaults_of_all_goals(const Syntax& syntax);
 /// @throws Error{usage} that says what is wrong and how to get help
 Options parse_command_line(int argc, const char* const* argv);
 
-/// The command line with the options of a remedy (Error::remedies) in place of its own, for a shell.
-std::string remedied(int argc, const char* const* argv, const std::string& remedy);
+/// The command line with the options of a suggestion in place of its own, for a shell.
+std::string suggested(int argc, const char* const* argv, const Suggestion& suggestion);
 
 /// The command line that judges `output` by what it was made for.
 std::string judging_command(const Options& options, const Spec& spec, const std::string& output, bool with_original);

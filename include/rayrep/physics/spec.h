@@ -36,6 +36,7 @@ struct FloatSpec {
   /// best_waterline; a judge takes the one at which the body displaces its own mass.
   std::optional<double> waterline_mm;
   std::optional<double> submerged_fraction;  ///< of the height
+  double reserve = 0.05;                     ///< part of the displaceable volume that a searched waterline leaves dry at least
   bool waterline_searched = false;           ///< said by a maker: waterline_mm was found by search
 };
 

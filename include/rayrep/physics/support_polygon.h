@@ -23,16 +23,17 @@ struct SupportPolygon {
   Eigen::Vector2d safest_point_mm() const;
 };
 
-/// How far above the lowest point a body of this height touches the ground, unless told: max(0.01 mm, 1e-4 of the height).
+/// How far above the lowest point a body of this height touches the ground, unless told: 0.15 mm, the give of a printed base (most
+/// of a first layer, whose foot spreads), but at most 5e-3 and at least 1e-4 of the height.
 double contact_tolerance_mm(double height_mm);
 
 /// Contact of a mesh whose up is +z: the convex hull of all points of its surface no higher than `tolerance_mm` above the lowest
 /// point (triangles are clipped at that height). Corners nearer than 1 % of the tolerance to the line between others are left out.
 ///
 /// A tip, an edge or a rounded bottom has such points, too, as far as the tolerance makes them. The polygon therefore counts as an
-/// edge if it is narrower than the tolerance over a slope of a quarter degree (each side) and than 5 % of the diagonal of the mesh,
-/// and its width falls to between 0.4 and 0.8 when the tolerance is halved; as a point, if the same is true of its length. A flat
-/// foot keeps its size, however small, and feet of different heights come and go as wholes. theory.md (22).
+/// edge if it is narrower than the tolerance over a slope of a quarter degree (each side) and than 10 % of the diagonal of the
+/// mesh, and its width falls to between 0.4 and 0.8 when the tolerance is halved; as a point, if the same is true of its length. A
+/// flat foot keeps its size, however small, and feet of different heights come and go as wholes. theory.md (22).
 /// @param tolerance_mm  how much a print and the ground give way; see contact_tolerance_mm. Not negative (asserted).
 /// @throws Error{input} for a mesh without triangles, or with coordinates that are not finite
 SupportPolygon support_polygon(const Mesh& mesh, double tolerance_mm);

@@ -1,0 +1,156 @@
+// What a refusal is answered with: every suggestion, set as its text says, is made and judged here once more.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "rayrep/advice/suggest.h"
+#include "rayrep/base/error.h"
+#include "rayrep/io/mesh_io.h"
+#include "rayrep/judge/verify.h"
+#include "runs.h"
+#include "solids.h"
+
+namespace rayrep {
+namespace {
+
+using Eigen::Vector3d;
+
+HollowOptions coarse() {
+  HollowOptions options;
+  options.resolution = 40;
+  options.as_stored = [](const Mesh& mesh) { return as_stored("x.stl", mesh); };
+  return options;
+}
+
+bool refused(const Mesh& mesh, const Spec& spec) {
+  try {
+    // It may also be delivered and fail.
+    const HollowResult result = hollow(mesh, spec, coarse());
+    return !verify(as_stored("x.stl", result.delivery.body()), &mesh, result.spec).pass();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::goal) << error.what();
+    return true;
+  }
+}
+
+/// The options of a suggestion put into a spec and a mesh as people put them in: by name and text.
+void take(const Suggestion& suggestion, Spec& spec, Mesh& mesh) {
+  for (const auto& [name, text] : suggestion.options) {
+    if (name == "size") {
+      mesh = test::scaled(mesh, std::stod(text) / bounding_box(mesh).sizes().maxCoeff());
+      continue;
+    }
+    const auto set = [&, name = name, text = text](auto& s) {
+      Settings rows = settings(s, Setting::For::making);
+      for (Setting& row : settings(s.print, Setting::For::making)) rows.push_back(row);
+      const auto row = std::find_if(rows.begin(), rows.end(), [&](const Setting& r) { return r.name == name; });
+      ASSERT_NE(row, rows.end()) << name;
+      parse(*row, text);
+    };
+    std::visit(set, spec);
+  }
+}
+
+Advice advice_that_works(const Mesh& mesh, const Spec& asked) {
+  EXPECT_TRUE(refused(mesh, asked));
+  const Advice advice = suggest(mesh, asked, coarse());
+  EXPECT_FALSE(advice.suggestions.empty()) << advice.tried;
+  for (const Suggestion& suggestion : advice.suggestions) {
+    SCOPED_TRACE(suggestion.change);
+    EXPECT_FALSE(suggestion.options.empty());
+    Spec spec = asked;
+    Mesh changed = mesh;
+    take(suggestion, spec, changed);
+    const HollowResult result = hollow(changed, spec, coarse());
+    EXPECT_TRUE(verify(as_stored("x.stl", result.delivery.body()), &changed, result.spec).pass());
+  }
+  return advice;
+}
+
+const Suggestion* by(const Advice& advice, const std::string& option) {
+  for (const Suggestion& s : advice.suggestions)
+    if (s.options.size() == 1 && s.options[0].first == option) return &s;
+  return nullptr;
+}
+
+TEST(Suggest, AShellTooHeavyGetsAThinnerWallALargerSizeALighterMaterial) {
+  FloatSpec spec;
+  spec.print.wall_mm = 7;
+  const Advice advice = advice_that_works(test::box({0, 0, 0}, {40, 40, 24}), spec);
+  EXPECT_NE(by(advice, "wall"), nullptr);
+  EXPECT_NE(by(advice, "size"), nullptr);
+  EXPECT_NE(by(advice, "material"), nullptr);
+}
+
+TEST(Suggest, AWaterlineOutOfReachGetsAnother) {
+  FloatSpec spec;
+  spec.waterline_mm = 1;
+  const Advice advice = advice_that_works(test::box({0, 0, 0}, {60, 60, 20}), spec);
+  const Suggestion* waterline = by(advice, "waterline");
+  ASSERT_NE(waterline, nullptr);
+  EXPECT_GT(std::stod(waterline->options[0].second), 1);
+  // Places of this size do not grow with it.
+  EXPECT_EQ(by(advice, "size"), nullptr);
+}
+
+// The nearest axis, and the nearest but for little: half of the way does not do.
+TEST(Suggest, AnAxisOutOfReachGetsTheNearest) {
+  const Mesh block = test::box({0, 0, 0}, {40, 20, 20});
+  const auto about = [](const Vector3d& point) {
+    SpinSpec spec;
+    spec.axis.through = SpinAxis::Through::point;
+    spec.axis.point_mm = point;
+    return spec;
+  };
+  const Advice advice = advice_that_works(block, about({6, 10, 0}));
+  const Suggestion* point = by(advice, "point");
+  ASSERT_NE(point, nullptr);
+  const std::vector<double> at = parse_numbers("point", point->options[0].second);
+  EXPECT_NEAR(at[1], 10, 1);
+  EXPECT_GT(at[0], 6);
+  EXPECT_TRUE(refused(block, about({0.5 * (6 + at[0]), 10, 0})));
+}
+
+TEST(Suggest, AUnevenBaseGetsTheGiveItTakes) {
+  Mesh stool = test::box({-20, -20, 30}, {20, 20, 45});
+  for (const Vector3d& foot : {Vector3d(-15, -15, 0), Vector3d(15, 0, 0.26), Vector3d(-15, 15, 0.05)})
+    append(stool, test::box(foot - Vector3d(4, 4, 0), {foot.x() + 4, foot.y() + 4, 31}));
+  const Advice advice = advice_that_works(stool, StandSpec{});
+  const Suggestion* contact = by(advice, "contact");
+  ASSERT_NE(contact, nullptr);
+  EXPECT_EQ(contact->options[0].second, "0.3");
+}
+
+TEST(Suggest, ATargetOutOfReachGetsAThinnerWall) {
+  TargetSpec spec;
+  spec.print.wall_mm = 2.5;
+  spec.wanted[M1] = 12.3;
+  spec.wanted[MX] = 20;
+  const Advice advice = advice_that_works(test::box({0, 0, 0}, {40, 30, 20}), spec);
+  EXPECT_NE(by(advice, "wall"), nullptr);
+}
+
+// In a gas nothing floats.
+TEST(Suggest, SaysWhatWasTriedWhenNothingDoes) {
+  FloatSpec spec;
+  spec.fluid_g_cm3 = 0.005;
+  const Mesh block = test::box({0, 0, 0}, {40, 30, 20});
+  ASSERT_TRUE(refused(block, spec));
+  const Advice advice = suggest(block, spec, coarse());
+  EXPECT_TRUE(advice.suggestions.empty());
+  EXPECT_NE(advice.tried.find("walls down to 0.2 mm"), std::string::npos) << advice.tried;
+  EXPECT_NE(advice.tried.find("two of these together"), std::string::npos) << advice.tried;
+}
+
+TEST(Suggest, StopsWhenToldTo) {
+  FloatSpec spec;
+  spec.print.wall_mm = 7;
+  Progress progress;
+  int polls = 0;
+  progress.cancelled = [&polls] { return ++polls > 20; };
+  EXPECT_THROW(suggest(test::box({0, 0, 0}, {40, 40, 24}), spec, coarse(), progress), Error);
+}
+
+}  // namespace
+}  // namespace rayrep
