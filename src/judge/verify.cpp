@@ -24,7 +24,8 @@ using namespace verify_detail;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // How releases tilted in several directions end, into FloatState::settles and settled_tilt_rad.
-void settle_body(const Mesh& hull, const FloatSpec& spec, const Limits& limits, const Progress& progress, FloatState& state) {
+void settle_body(const PreparedHull& hull, const FloatSpec& spec, const Limits& limits, const Progress& progress,
+                 FloatState& state) {
   const Eigen::Vector3d up = spec.up.normalized();
   const Eigen::Vector3d side = up.unitOrthogonal();
   FloatingRestOptions options;
@@ -75,15 +76,16 @@ FloatState state_of(const Judged& judged, const FloatSpec& spec, const Judging& 
   // Cavities go before the union is taken: shells are whole only as long as nothing has been cut.
   Mesh hull = outer_hull(outer);
   if (closed && material.triangles != body.triangles) hull = outer_hull(boundary_of_union(hull, progress));
+  const PreparedHull prepared(std::move(hull));
   const Waterplane plane{up, lowest_along(body, up) + *spec.waterline_mm};
-  state.water = hydrostatics(hull, plane);
+  state.water = hydrostatics(prepared, plane);
   state.displaced_mass_g = spec.fluid_g_cm3 * 1e-3 * state.water.displaced_volume_mm3;
   state.mass_error =
       state.displaced_mass_g > 0 ? std::abs(state.body.mass_g - state.displaced_mass_g) / state.displaced_mass_g : kInfinity;
   const Eigen::Vector3d arm = state.body.centre_of_mass_mm - state.water.centre_of_buoyancy_mm;
   state.horizontal_offset_mm = (arm - up.dot(arm) * up).norm();
   state.metacentric_height_mm = state.water.metacentric_radius_mm() - up.dot(arm);
-  if (judging.settle) settle_body(hull, spec, judging.limits, judging.progress, state);
+  if (judging.settle) settle_body(prepared, spec, judging.limits, judging.progress, state);
   return state;
 }
 

@@ -56,8 +56,9 @@ Plan plan(const Mesh& solid, const FloatSpec& spec, const HollowOptions& options
   plan.body = upright_body(solid, spec.up, spec.print, options, progress);
   const Body& body = *plan.body;
   const double density_g_cm3 = spec.print.density_g_cm3;
-  const FloatProblem problem{body.hull,        body.inner.rays, *body.integrals, body.shell,
-                             spec.fluid_g_cm3, density_g_cm3,   body.height_mm,  body.diagonal_mm};
+  const PreparedHull hull(body.hull);
+  const FloatProblem problem{hull,          body.inner.rays, *body.integrals, body.shell, spec.fluid_g_cm3,
+                             density_g_cm3, body.height_mm,  body.diagonal_mm};
   FloatSpec found = spec;
   progress.begin("waterline");
   find_waterline(problem, body, found, progress);

@@ -27,7 +27,7 @@ Moments solid_moments(const FloatProblem& problem) { return problem.shell + prob
 
 /// The largest volume that the body displaces upright: its hull, or with dry pockets perhaps more.
 double capacity_mm3(const FloatProblem& problem) {
-  return std::max(mesh_moments(problem.hull)[M1], largest_displacement_mm3(problem.hull, Eigen::Vector3d::UnitZ()));
+  return std::max(mesh_moments(problem.hull.mesh())[M1], largest_displacement_mm3(problem.hull, Eigen::Vector3d::UnitZ()));
 }
 
 /// Waterlines (bottom to top) between those at which a body of the shell's mass and one of the solid's come to rest. In between

@@ -68,6 +68,7 @@ ClippedHull::ClippedHull(const Mesh& mesh) : triangles_(mesh.triangles) {
 void ClippedHull::set_up(const Eigen::Vector3d& up) {
   frame_ = frame_of(up);
   floods_ = {};
+  found_below_ = -kInfinity;
   lowest_ = kInfinity;
   highest_ = -lowest_;
   heights_.resize(vertices_.size());
@@ -133,10 +134,12 @@ double ClippedHull::offset_between(double lo, double hi, double rim, double volu
 
 // Pockets that begin below this height.
 void ClippedHull::find_pockets(double below) {
+  if (below <= found_below_) return;
   floods_ = {};
+  found_below_ = below;
   if (!may_have_pockets(triangles_, heights_, projected_, pinched_, below)) return;
   if (!surface_) {
-    surface_.emplace(vertices_, triangles_);
+    surface_ = &shared_surface_->get(vertices_, triangles_);
     wet_.assign(surface_->points(), 0);
     for (const Attitude& a : before_surface_)
       for (std::size_t p = 0; p < wet_.size(); ++p)
@@ -248,6 +251,7 @@ void ClippedHull::record_wet(double offset) {
   }
   for (std::size_t p = 0; p < wet_.size(); ++p)
     if (wet(p, offset)) wet_[p] = 1;
+  found_below_ = -kInfinity;
 }
 
 }  // namespace rayrep

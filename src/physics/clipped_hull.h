@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -32,8 +34,8 @@ Integrals integrate(const std::vector<Eigen::Vector3d>& points, const std::vecto
 /// The waterplane's second moments about its centroid, in the frame's u and v.
 Eigen::Matrix2d central_second_moments(const Integrals& sum);
 
-/// A hull prepared for many waterplanes. Vertices that no triangle uses are left out; coordinates are relative to the middle of the
-/// bounding box, so that a body far from the origin keeps its digits.
+/// A hull prepared for many waterplanes; copies share what they have in common. Vertices that no triangle uses are left out;
+/// coordinates are relative to the middle of the bounding box, so that a body far from the origin keeps its digits.
 ///
 /// The water comes from below at every attitude. A point once recorded as wet stays so (see record_wet): pockets with such a point
 /// are not dry.
@@ -48,6 +50,9 @@ public:
   /// Sets the direction of up; offsets are then measured from centre() along it.
   void set_up(const Eigen::Vector3d& up);
   const Frame& frame() const { return frame_; }
+
+  /// Ahead of many calls at one attitude: those that follow need not look for pockets.
+  void find_all_pockets() { find_pockets(std::numeric_limits<double>::infinity()); }
 
   /// The lowest offset at which `volume` is displaced, that at which a body lowered into the water comes to rest, with the pockets
   /// that are dry there; none if the body sinks. Afterwards integrals and the functions below see these pockets.
@@ -95,7 +100,9 @@ private:
   double lowest_ = 0;
   double highest_ = 0;
   FloodHeights floods_;
-  std::optional<HullSurface> surface_;  // from the first attitude with something like a pocket on
+  double found_below_ = -std::numeric_limits<double>::infinity();  // what floods_ is right for, at this attitude
+  std::shared_ptr<LazyHullSurface> shared_surface_ = std::make_shared<LazyHullSurface>();  // with all copies
+  const HullSurface* surface_ = nullptr;  // from the first attitude with something like a pocket on
   std::vector<Attitude> before_surface_;
   std::vector<char> wet_;
 };

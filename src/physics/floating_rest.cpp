@@ -10,6 +10,7 @@
 #include "base/linear_algebra.h"
 #include "base/text.h"
 #include "physics/clipped_hull.h"
+#include "physics/prepared_hull.h"
 #include "rayrep/base/error.h"
 #include "rayrep/physics/hydrostatics.h"
 
@@ -211,9 +212,9 @@ private:
 
 }  // namespace
 
-FloatingRest floating_rest(const Mesh& mesh, double mass_g, const Eigen::Vector3d& centre_of_mass_mm, const Eigen::Vector3d& up,
-                           const FloatingRestOptions& options) {
-  ClippedHull hull(mesh);
+FloatingRest floating_rest(const PreparedHull& prepared, double mass_g, const Eigen::Vector3d& centre_of_mass_mm,
+                           const Eigen::Vector3d& up, const FloatingRestOptions& options) {
+  ClippedHull hull = prepared.state().clipped();
   const double volume = mass_g / (options.fluid_g_cm3 * 1e-3);
   const Eigen::Vector3d direction = up.normalized();
   if (!(mass_g > 0) || !(options.fluid_g_cm3 > 0) || !(hull.volume() > 0) || !direction.allFinite() ||
@@ -224,10 +225,11 @@ FloatingRest floating_rest(const Mesh& mesh, double mass_g, const Eigen::Vector3
   return Release(std::move(hull), volume, centre_of_mass_mm, options).follow(direction);
 }
 
-std::optional<FloodingHeel> flooding_heel(const Mesh& mesh, double volume_mm3, const Eigen::Vector3d& up, int directions) {
-  ClippedHull hull(mesh);
+std::optional<FloodingHeel> flooding_heel(const PreparedHull& prepared, double volume_mm3, const Eigen::Vector3d& up,
+                                          int directions) {
+  ClippedHull hull = prepared.state().clipped();
   const Eigen::Vector3d upright = up.normalized();
-  const double here = waterline_for_volume(mesh, upright, volume_mm3) - upright.dot(hull.centre());
+  const double here = waterline_for_volume(prepared, upright, volume_mm3) - upright.dot(hull.centre());
   hull.set_up(upright);
   const std::vector<int> pockets = hull.points_in_pockets(here);
   if (pockets.empty()) return std::nullopt;

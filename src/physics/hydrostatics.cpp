@@ -14,6 +14,7 @@
 #include "mesh/shells.h"
 #include "physics/clipped_hull.h"
 #include "physics/pockets.h"
+#include "physics/prepared_hull.h"
 #include "rayrep/base/error.h"
 
 namespace rayrep {
@@ -66,8 +67,11 @@ Eigen::Vector3d Hydrostatics::metacentre_mm(const Waterplane& plane) const {
 
 namespace {
 
-// At which height above the water the space beside each triangle is joined to the sea; empty when none below the water is dry.
-FloodHeights flood_heights(const Mesh& hull, const Frame& frame, const std::vector<Eigen::Vector3d>& points) {
+// At which height of the water, along the normal, the space beside each triangle is joined to the sea; none when nothing below the
+// water is dry.
+std::shared_ptr<const FloodHeights> flood_heights(PreparedHull::State& prepared, const Frame& frame,
+                                                  const std::vector<Eigen::Vector3d>& points) {
+  const Mesh& hull = prepared.mesh;
   std::vector<double> heights(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) heights[i] = points[i].z();
   std::vector<double> projected(hull.triangles.size());
@@ -76,13 +80,20 @@ FloodHeights flood_heights(const Mesh& hull, const Frame& frame, const std::vect
     const Eigen::Vector2d c = (points[hull.triangles[t][2]] - points[hull.triangles[t][0]]).head<2>();
     projected[t] = (b.x() * c.y() - b.y() * c.x()) / 2;
   }
-  if (!may_have_pockets(hull.triangles, heights, projected, pinched_vertices(hull.triangles, points.size()), 0)) return {};
-  return HullSurface(hull.vertices, hull.triangles).flood_heights(frame, heights, {});
+  if (!may_have_pockets(hull.triangles, heights, projected, prepared.pinched(), 0)) return nullptr;
+  if (auto known = prepared.floods_along(frame)) return known;
+  for (std::size_t i = 0; i < points.size(); ++i) heights[i] = frame.n.dot(hull.vertices[i]);
+  return std::make_shared<FloodHeights>(prepared.surface.get(hull.vertices, hull.triangles).flood_heights(frame, heights, {}));
 }
 
 }  // namespace
 
-Hydrostatics hydrostatics(const Mesh& hull, const Waterplane& plane) {
+PreparedHull::PreparedHull(Mesh mesh) : state_(std::make_shared<State>(std::move(mesh))) {}
+
+const Mesh& PreparedHull::mesh() const { return state_->mesh; }
+
+Hydrostatics hydrostatics(const PreparedHull& prepared, const Waterplane& plane) {
+  const Mesh& hull = prepared.mesh();
   assert(std::abs(plane.normal.norm() - 1) < 1e-9);
   Hydrostatics result;
   if (hull.triangles.empty()) return result;
@@ -95,16 +106,16 @@ Hydrostatics hydrostatics(const Mesh& hull, const Waterplane& plane) {
     // Height from the coordinates as they are: a vertex that lies on the plane must give exactly 0.
     points.emplace_back(frame.u.dot(from_centre), frame.v.dot(from_centre), frame.n.dot(v) - plane.offset_mm);
   }
-  const FloodHeights floods = flood_heights(hull, frame, points);
-  const Integrals sum = integrate(points, hull.triangles, [&](std::size_t t) { return !floods.dry(t, 0); });
-  if (!floods.empty()) {
-    result.dry_interior_mm3 =
-        std::max(0., -integrate(points, hull.triangles, [&](std::size_t t) { return floods.dry(t, 0); }).volume);
+  const auto floods = flood_heights(prepared.state(), frame, points);
+  const auto dry = [&](std::size_t t) { return floods && floods->dry(t, plane.offset_mm); };
+  const Integrals sum = integrate(points, hull.triangles, [&](std::size_t t) { return !dry(t); });
+  if (floods && !floods->empty()) {
+    result.dry_interior_mm3 = std::max(0., -integrate(points, hull.triangles, dry).volume);
     for (std::size_t t = 0; t < hull.triangles.size(); ++t) {
       const Eigen::Vector3i& v = hull.triangles[t];
       const bool below = std::min({points[v[0]].z(), points[v[1]].z(), points[v[2]].z()}) < 0;
-      if (below && floods.dry(t, 0) && std::isfinite(floods.of_triangle[t]))
-        result.freeboard_mm = std::min(result.freeboard_mm.value_or(floods.of_triangle[t]), floods.of_triangle[t]);
+      if (const double rim = floods->of_triangle[t]; below && dry(t) && std::isfinite(rim))
+        result.freeboard_mm = std::min(result.freeboard_mm.value_or(rim - plane.offset_mm), rim - plane.offset_mm);
     }
   }
   const Eigen::Vector3d on_plane = centre - (frame.n.dot(centre) - plane.offset_mm) * frame.n;
@@ -152,9 +163,8 @@ Mesh outer_hull(const Mesh& mesh) {
   return result;
 }
 
-double waterline_for_volume(const Mesh& mesh, const Eigen::Vector3d& normal, double volume_mm3) {
-  ClippedHull hull(mesh);
-  hull.set_up(normal);
+double waterline_for_volume(const PreparedHull& prepared, const Eigen::Vector3d& normal, double volume_mm3) {
+  ClippedHull hull = prepared.state().clipped_along(normal);
   // Rounding must not turn "all of it" into "too much".
   std::optional<double> offset;
   if (volume_mm3 >= 0) offset = hull.offset_for_volume(volume_mm3, std::numeric_limits<double>::quiet_NaN());
@@ -170,9 +180,8 @@ double waterline_for_volume(const Mesh& mesh, const Eigen::Vector3d& normal, dou
   return normal.dot(hull.centre()) + *offset;
 }
 
-double largest_displacement_mm3(const Mesh& mesh, const Eigen::Vector3d& normal) {
-  ClippedHull hull(mesh);
-  hull.set_up(normal);
+double largest_displacement_mm3(const PreparedHull& prepared, const Eigen::Vector3d& normal) {
+  ClippedHull hull = prepared.state().clipped_along(normal);
   return hull.largest_displacement();
 }
 

@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <limits>
+#include <mutex>
+#include <optional>
 #include <vector>
 
 #include "mesh/mesh_edges.h"
@@ -73,6 +75,20 @@ private:
   std::vector<char> open_;
   std::vector<std::vector<int>> beside_;
   double tolerance_mm_ = 0;
+};
+
+/// A HullSurface that is built when it is first asked for, once for all who share it, from any thread.
+class LazyHullSurface {
+public:
+  /// The arguments must be the same every time.
+  const HullSurface& get(const std::vector<Eigen::Vector3d>& vertices, const std::vector<Eigen::Vector3i>& triangles) {
+    std::call_once(once_, [&] { surface_.emplace(vertices, triangles); });
+    return *surface_;
+  }
+
+private:
+  std::once_flag once_;
+  std::optional<HullSurface> surface_;
 };
 
 }  // namespace rayrep

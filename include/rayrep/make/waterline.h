@@ -14,7 +14,7 @@ namespace rayrep {
 
 /// A body that shall float, in the working frame: z up, its lowest point at z = 0.
 struct FloatProblem {
-  const Mesh& hull;               ///< what the fluid touches, see hydrostatics
+  const PreparedHull& hull;       ///< what the fluid touches
   const RayRep& inner;            ///< inner domain
   const RayIntegrals& integrals;  ///< over it
   Moments shell;                  ///< moments of everything outside the inner domain, unit density

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 
 #include "rayrep/mesh/mesh.h"
@@ -30,15 +31,28 @@ struct Hydrostatics {
   Eigen::Vector3d metacentre_mm(const Waterplane& plane) const;
 };
 
+/// What keeps the fluid out of a body: a surface outward, closed, not overlapping itself (see boundary_of_union), without sealed
+/// cavities (see outer_hull). What the functions below work out of it alone is worked out once, when it is first needed; a mesh
+/// given to them directly is prepared for that call. Copies share it; any thread may use it.
+class PreparedHull {
+public:
+  PreparedHull(Mesh mesh);  // NOLINT(google-explicit-constructor)
+  const Mesh& mesh() const;
+
+  struct State;
+  State& state() const { return *state_; }
+
+private:
+  std::shared_ptr<State> state_;
+};
+
 /// Exact hydrostatics of a closed surface by clipping each triangle at the waterplane; surface integrals about a point on the
 /// plane, so the cap contributes nothing, and Green's theorem over the cut for the waterplane. theory.md (5)-(8).
 ///
 /// A pocket is a space below the plane that is not material and has no way below it to the fluid around the body: a boat's cockpit,
 /// the inside of a cup. It is dry and displaces as if it were filled, as long as the plane does not lie above its lowest rim.
 /// theory.md (9d).
-/// @param hull  what keeps the fluid out: outward, closed, not overlapping itself (see boundary_of_union); sealed
-///              cavities must have been left out, see outer_hull.
-Hydrostatics hydrostatics(const Mesh& hull, const Waterplane& plane);
+Hydrostatics hydrostatics(const PreparedHull& hull, const Waterplane& plane);
 
 /// The surface that the fluid touches: `mesh` without the components that bound sealed cavities (closed components that lie inside
 /// others and whose signed volume is negative) and without what floats inside these. Vertices with equal coordinates count as one,
@@ -55,11 +69,11 @@ Mesh outer_hull(const Mesh& mesh);
 /// @param normal      unit vector
 /// @param volume_mm3  between 0 and largest_displacement_mm3
 /// @throws Error{goal} if the volume is outside that range: the body sinks.
-double waterline_for_volume(const Mesh& hull, const Eigen::Vector3d& normal, double volume_mm3);
+double waterline_for_volume(const PreparedHull& hull, const Eigen::Vector3d& normal, double volume_mm3);
 
 /// The largest volume that `hull` displaces at any offset, with the plane's normal as given: at least that of the hull, with
 /// pockets perhaps more, just before one of them floods.
-double largest_displacement_mm3(const Mesh& hull, const Eigen::Vector3d& normal);
+double largest_displacement_mm3(const PreparedHull& hull, const Eigen::Vector3d& normal);
 
 /// Where a floating body comes to rest when it is let go at a given attitude and follows the righting moment quasi-statically.
 struct FloatingRest {
@@ -93,13 +107,12 @@ struct FloatingRestOptions {
 /// A body is neutral about an axis, and stays as it is, where its righting arm is below 1e-5 and its metacentric height below 1e-4
 /// of the hull's diagonal, and a turn of 0.2 rad either way changes its energy over its weight by less than 2e-6 of it: less than
 /// the facets of a meshed sphere make.
-/// @param hull  see hydrostatics
 /// @param mass_g, centre_of_mass_mm  of the floating body, same frame as `hull`
 /// @param up  the attitude at which the body is let go; need not be a unit vector
 /// @throws Error{input} when the mass, the fluid's density or the hull's volume is not positive, or a coordinate not finite.
 ///         Sinking and not converging are results.
-FloatingRest floating_rest(const Mesh& hull, double mass_g, const Eigen::Vector3d& centre_of_mass_mm, const Eigen::Vector3d& up,
-                           const FloatingRestOptions& options = {});
+FloatingRest floating_rest(const PreparedHull& hull, double mass_g, const Eigen::Vector3d& centre_of_mass_mm,
+                           const Eigen::Vector3d& up, const FloatingRestOptions& options = {});
 
 /// The heel at which a floating body takes water, and the direction of up in the body's frame there.
 struct FloodingHeel {
@@ -112,6 +125,7 @@ struct FloodingHeel {
 /// then bisection to 1e-6 rad: a flooding that is over again within a step is not seen. None if the body has no such pocket.
 /// @param up  need not be a unit vector
 /// @throws Error{goal} if the body sinks upright
-std::optional<FloodingHeel> flooding_heel(const Mesh& hull, double volume_mm3, const Eigen::Vector3d& up, int directions = 16);
+std::optional<FloodingHeel> flooding_heel(const PreparedHull& hull, double volume_mm3, const Eigen::Vector3d& up,
+                                          int directions = 16);
 
 }  // namespace rayrep
