@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "base/text.h"
 #include "rayrep/base/error.h"
@@ -25,6 +26,17 @@ InnerDomainOptions inner_options(const Discretisation& options, double size_mm) 
   inside.field_spacing_mm = field_spacing(inside.ray_spacing_mm, options.wall_mm, size_mm);
   inside.min_component_mm3 = options.min_cavity_mm3;
   return inside;
+}
+
+/// Volume of the inner domain as the field has it: of each sample the part of its cell that a plane at its distance leaves inside.
+double volume_mm3(const BlockField& field) {
+  const double cell = std::pow(field.spacing_mm, 3);
+  double cells = 0;
+  for (const std::int32_t state : field.state)
+    if (state == BlockField::kInside) cells += std::pow(BlockField::kSide, 3);
+  for (const BlockField::Block& block : field.samples)
+    for (const float value : block) cells += std::clamp(0.5 - static_cast<double>(value) / field.spacing_mm, 0.0, 1.0);
+  return cells * cell;
 }
 
 }  // namespace
@@ -62,6 +74,27 @@ Body::Body(Mesh mesh, const Eigen::Affine3d& frame, const Discretisation& option
   if (inner.rays.intervals.empty()) throw Error(ErrorCode::goal, nothing_inside(options, progress));
   integrals.emplace(inner.rays);
   shell = solid - integrals->full();
+}
+
+double Body::missed() const {
+  const double whole = volume_mm3(inner.field);
+  return whole > 0 ? std::abs(inner.rays.volume_mm3() + inner.dropped_mm3 - whole) / whole : 0;
+}
+
+std::unique_ptr<Body> resolved_body(Mesh mesh, const Eigen::Affine3d& frame, Discretisation options, const Progress& progress) {
+  constexpr double allowed = 0.01;
+  constexpr int finest = 1600;
+  // The slope of lines that meet the rows of a grid most evenly.
+  const Eigen::AngleAxisd turn(std::atan(2 - std::numbers::phi), Eigen::Vector3d::UnitZ());
+  auto body = std::make_unique<Body>(std::move(mesh), frame, options, progress);
+  if (body->missed() <= allowed) return body;
+  progress.begin("domain");
+  body = std::make_unique<Body>(std::move(body->outer), turn * frame, options, progress);
+  while (body->missed() > allowed && 2 * options.resolution <= finest) {
+    options.resolution *= 2;
+    body = std::make_unique<Body>(std::move(body->outer), turn * frame, options, progress);
+  }
+  return body;
 }
 
 bool Body::refine(const Discretisation& options, const Progress& progress) {

@@ -34,7 +34,7 @@ std::unique_ptr<Body> upright_body(const Mesh& solid, const Eigen::Vector3d& up,
   progress.begin("domain");
   Mesh outer = stored(solid, options);
   const Eigen::Affine3d frame = working_frame(outer, up);
-  return std::make_unique<Body>(std::move(outer), frame, discretisation(print, options), progress);
+  return resolved_body(std::move(outer), frame, discretisation(print, options), progress);
 }
 
 }  // namespace detail

@@ -222,7 +222,7 @@ std::optional<std::pair<SpinFrame, double>> SpinSearch::smallest_tilt(const Spin
 std::unique_ptr<Body> body_about(const SpinFrame& axis, Mesh outer, const Discretisation& options, const Progress& progress) {
   Eigen::Affine3d frame = working_frame(outer, axis.up);
   frame.translation() = -(frame.linear() * axis.contact_mm);
-  return std::make_unique<Body>(std::move(outer), frame, options, progress);
+  return resolved_body(std::move(outer), frame, options, progress);
 }
 
 SpinFrame in_frame_given(const SpinFrame& axis, const Body& body) {

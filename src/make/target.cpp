@@ -336,7 +336,7 @@ TargetBody body_for(const Mesh& solid, const TargetSpec& spec, const HollowOptio
     origin_mm[axis] = wanted(spec.wanted, static_cast<MomentIndex>(MX + axis)).value_or(whole[MX + axis] / whole[M1]);
   Eigen::Affine3d frame = working_frame(outer, spec.up);
   frame.translation() = -(frame.linear() * origin_mm);
-  result.body = std::make_unique<Body>(std::move(outer), frame, discretisation(spec.print, options), progress);
+  result.body = resolved_body(std::move(outer), frame, discretisation(spec.print, options), progress);
   progress.begin("target");
   result.problem.setup = setup_for(spec, *result.body, Eigen::Vector3d::UnitZ());
   return result;
@@ -377,7 +377,7 @@ Plan plan(const Mesh& solid, const TargetSpec& spec, const HollowOptions& option
     const Eigen::Matrix3d turn = turn_to_z(axis);
     const Eigen::Affine3d frame = turn * body->to_working;
     Mesh outer = std::move(body->outer);
-    body = std::make_unique<Body>(std::move(outer), frame, discretisation(spec.print, options), progress);
+    body = resolved_body(std::move(outer), frame, discretisation(spec.print, options), progress);
     setup = setup_for(spec, *body, turn * Eigen::Vector3d::UnitZ());
     exact = solve_target(setup, *body->integrals, body->shell);
     if (exact.solution.infeasible) throw_unattainable(*body, setup, spec.print.wall_mm, progress);

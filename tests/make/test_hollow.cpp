@@ -135,6 +135,24 @@ TEST(HollowFloat, SaysThatTheShellIsTooHeavy) {
   EXPECT_TRUE(mentions(text, {"The shell alone weighs", "displaces", "deeper than", "lighter than"}));
 }
 
+// Rays beside each other may all miss a slab thinner than their spacing, or all hit it: then their grid is turned.
+TEST(HollowFloat, ThinWallsAlongTheRowsOfTheRaysAreSeen) {
+  std::vector<Eigen::Vector3i> cells;
+  for (int x = 0; x < 30; ++x)
+    for (int y = 0; y < 30; ++y)
+      for (int z = 0; z < 15; ++z)
+        if (x % 29 == 0 || y % 29 == 0 || z == 0) cells.emplace_back(x, y, z);
+  const Mesh cup = test::polycubes(cells, 2);
+  for (const int resolution : {40, 60, 77}) {
+    Job<FloatSpec> options;
+    options.hollow.resolution = resolution;
+    options.spec.print.wall_mm = 0.6;
+    const Outcome<FloatSpec> result = hollowed(cup, options);
+    EXPECT_LE(result.as_built_error, 1e-6) << resolution;
+    EXPECT_TRUE(verify(result.delivery.body(), &cup, result.found).pass()) << resolution;
+  }
+}
+
 TEST(HollowFloat, ALittleDeeperThanTheShellItFloats) {
   // "float it deeper than X": a little deeper than X is no longer too heavy.
   const Mesh solid = uv_ellipsoid(30, 22, 16, 32);
