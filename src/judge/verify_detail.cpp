@@ -254,6 +254,8 @@ Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progres
   return surface;
 }
 
+std::string scatter_words(double scatter_mm) { return shown(scatter_mm, 2) + " mm"; }
+
 void add_surface_criteria(const Surface& surface, bool has_original, double wall_mm, double wall_ratio, Verdict& verdict) {
   if (verdict.bad_edges > 0) verdict.notes.push_back("The surface is not closed: the other figures take it as it is.");
   if (surface.inside_out_edges > 0) verdict.notes.push_back("A part of the surface faces inward and lies inside nothing.");
@@ -275,3 +277,9 @@ void add_surface_criteria(const Surface& surface, bool has_original, double wall
 }
 
 }  // namespace rayrep::verify_detail
+
+namespace rayrep {
+
+double print_scatter_mm(double diagonal_mm) { return std::max(0.1, 5e-4 * diagonal_mm); }
+
+}  // namespace rayrep

@@ -1,5 +1,6 @@
 #include <Eigen/Geometry>
 #include <cmath>
+#include <numbers>
 
 #include "base/text.h"
 #include "judge/figures.h"
@@ -63,20 +64,49 @@ void add_notes(const SpinVerdict& verdict, const Surface& surface, const SpinSpe
   }
 }
 
-/// The largest tilt of the body as it is, off-centre and all, spun in the last of its ranges of stable speed and kicked a little.
+/// A speed in the last of its ranges of stable speed. @param state  with such a range
+double speed_to_look_at(const SpinState& state) {
+  constexpr double beyond_the_end = 1.2;
+  const SpeedRange& range = state.sliding.back();
+  return std::isfinite(range.hi_rad_s) ? 0.5 * (range.lo_rad_s + range.hi_rad_s)
+         : range.lo_rad_s > 0          ? beyond_the_end * range.lo_rad_s
+                                       : 10;  // a free body: the speed only sets the unit of time
+}
+
+/// The largest tilt of the body as it is, off-centre and all, spun at that speed and kicked a little.
 double simulated_tilt(const SpinState& state, const SpinSpec& spec) {
   const Eigen::Vector3d contact_mm = place_of(spec);
   constexpr double kick_rad = 1e-3;
-  constexpr double beyond_the_end = 1.2;
-  const SpeedRange& range = state.sliding.back();
   physics::Spin spin;
   spin.axis = spec.up.normalized();
-  spin.speed_rad_s = std::isfinite(range.hi_rad_s) ? 0.5 * (range.lo_rad_s + range.hi_rad_s)
-                     : range.lo_rad_s > 0          ? beyond_the_end * range.lo_rad_s
-                                                   : 10;  // a free body: the speed only sets the unit of time
+  spin.speed_rad_s = speed_to_look_at(state);
   spin.kick = kick_rad;
   const physics::Body body{state.body.mass_g, state.body.inertia_g_mm2, contact_mm - state.body.centre_of_mass_mm};
   return simulate(body, spec.yoyo ? physics::Support::none : physics::Support::sliding, spin).largest_tilt_rad;
+}
+
+/// What the print's scatter does to a body that can spin.
+void judge_scatter(SpinVerdict& verdict, double diagonal_mm, const Limits& limits) {
+  const SpinState& state = verdict.state;
+  verdict.scatter_mm = print_scatter_mm(diagonal_mm);
+  if (state.sliding.empty() || !(state.axis_angle_rad <= limits.axis_angle_rad)) return;
+  const std::string off = "With its centre of mass " + scatter_words(verdict.scatter_mm) + " off the axis, as prints scatter, ";
+  if (verdict.spec.yoyo) {
+    constexpr double turns_rpm = 1000;
+    constexpr double gravity_mm_s2 = 9806.65;
+    const double speed_rad_s = turns_rpm / rpm(1);
+    verdict.meaning.push_back(off + "it shakes: at " + shown(turns_rpm) + " rpm with " +
+                              number(verdict.scatter_mm * speed_rad_s * speed_rad_s / gravity_mm_s2, 2) + " of its weight.");
+    return;
+  }
+  const Eigen::Vector3d up = verdict.spec.up.normalized();
+  const double axial = up.dot(state.body.inertia_g_mm2 * up);
+  const Top top{state.body.mass_g, state.height_mm, axial / state.ratio_smaller, axial / state.ratio_larger, axial};
+  const double speed_rad_s = speed_to_look_at(state);
+  verdict.scatter_tilt_rad = off_balance_tilt_rad(top, verdict.scatter_mm, speed_rad_s);
+  verdict.meaning.push_back(off + "its axis leans by " + number(*verdict.scatter_tilt_rad * 180 / std::numbers::pi, 2) +
+                            " degrees at " + number(rpm(speed_rad_s), 0) +
+                            " rpm, and less the faster it spins. More plastic, the same everywhere, changes none of its speeds.");
 }
 
 /// "387 to 412, above 498". Ends too near to be told apart in the text count as one: a gap or range of a fraction of a turn is of
@@ -99,6 +129,23 @@ std::string speeds(const std::vector<SpeedRange>& all) {
       text += number(rpm(range.lo_rad_s), 0) + " to " + number(rpm(range.hi_rad_s), 0);
   }
   return text.empty() ? "none" : text;
+}
+
+/// What it does, in one sentence.
+std::string spins(const SpinState& state, const SpinSpec& spec, const Limits& limits) {
+  const char* what = spec.yoyo ? "yo-yo" : "top";
+  if (!(state.axis_angle_rad <= limits.axis_angle_rad))
+    return std::string("It does not spin as a ") + what + ": it is not balanced about this axis and wobbles at any speed.";
+  if (state.sliding.empty())
+    return std::string("It does not spin as a ") + what + ": at no speed is the spin about this axis stable.";
+  if (spec.yoyo) return "It spins as a yo-yo without wobbling, at " + speeds(state.sliding) + ".";
+  const auto fast = [](const std::vector<SpeedRange>& ranges) { return !ranges.empty() && std::isinf(ranges.back().hi_rad_s); };
+  if (!fast(state.sliding) || !fast(state.fixed))
+    return "It spins as a top, upright, at these speeds in rpm: " + speeds(state.sliding) + ".";
+  const double sliding = rpm(state.sliding.back().lo_rad_s);
+  const double fixed = rpm(state.fixed.back().lo_rad_s);
+  return "It spins as a top, upright, when it is spun faster than " + number(std::ceil(std::max(sliding, fixed)), 0) +
+         " rpm on any ground (" + number(std::ceil(sliding), 0) + " rpm where its tip slides freely).";
 }
 
 /// Off its principal axis a body wobbles at any speed.
@@ -144,6 +191,10 @@ void describe(SpinVerdict& verdict, const Limits& limits) {
   verdict.goal = spec.yoyo ? "yo-yo" : SpinSpec::kGoal;
   verdict.body = verdict.state.body;
   verdict.figures = figures_of(verdict.state, spec, limits);
+  verdict.figures.push_back({.name = "scatter_mm", .words = "", .unit = Unit::mm, .value = verdict.scatter_mm});
+  Figure lean{.name = "scatter_tilt_rad", .words = "", .unit = Unit::rad, .value = {}};
+  if (verdict.scatter_tilt_rad) lean.value = *verdict.scatter_tilt_rad;
+  verdict.figures.push_back(lean);
   const Eigen::Vector3d& up = spec.up;
   if (spec.max_tilt_rad > 0)
     verdict.headline = "axis along (" + number(up.x(), 5) + ", " + number(up.y(), 5) + ", " + number(up.z(), 5) + "), ";
@@ -198,6 +249,8 @@ SpinVerdict verify(const Mesh& delivered, const Mesh* original, const SpinSpec& 
     criteria.push_back(at_most("simulated_tilt", "largest tilt in 100 turns after a kick of 0.001, simulated, rad",
                                simulated_tilt(state, verdict.spec), limits.simulated_tilt_rad));
   }
+  verdict.meaning.push_back(spins(state, verdict.spec, limits));
+  judge_scatter(verdict, surface.diagonal_mm, limits);
   add_notes(verdict, surface, verdict.spec, verdict.notes);
   describe(verdict, limits);
   return verdict;

@@ -170,6 +170,7 @@ std::string to_json(const RunReport& report) {
                          ? Json{{"urdf", urdf_inertial(verdict.body)}, {"mjcf", mjcf_inertial(verdict.body)}}
                          : Json(nullptr);
   json["criteria"] = criteria_json(verdict);
+  json["meaning"] = verdict.meaning;
   json["notes"] = verdict.notes;
   if (report.hollow) add_solver(report, json);
   json["timings_s"] = Json::object();

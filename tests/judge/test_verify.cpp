@@ -158,7 +158,60 @@ TEST(VerifyFloat, TheBoatPasses) {
   Names names;
   for (const Criterion& c : verdict.criteria) names.push_back(c.name);
   EXPECT_EQ(names, Names({"closed", "outer_unchanged", "no_islands", "wall", "mass_error", "offset", "metacentric_height",
-                          "settled_tilt"}));
+                          "settled_tilt", "reserve"}));
+}
+
+const Figure& figure(const Verdict& verdict, const std::string& name) {
+  const auto found = std::find_if(verdict.figures.begin(), verdict.figures.end(), [&](const Figure& f) { return f.name == name; });
+  if (found == verdict.figures.end()) throw std::out_of_range(name);
+  return *found;
+}
+
+// With more plastic everywhere a box goes down by the plastic over its waterplane, and rests as upright as before.
+TEST(VerifyFloat, MorePlasticIsDeeperByItsOwnDisplacement) {
+  const Boat boat;
+  const FloatVerdict verdict = verify(boat.mesh(), nullptr, boat.goal);
+  const FloatState& state = verdict.state;
+  EXPECT_NEAR(state.buoyancy_reserve, 60 * 40 * 30e-3 / Boat::mass_g() - 1, 1e-12);
+  ASSERT_EQ(state.heavier.size(), 2u);
+  for (std::size_t n = 0; n < 2; ++n) {
+    const HeavierFloat& heavier = state.heavier[n];
+    EXPECT_EQ(heavier.excess, Limits().too_heavy[n]);
+    EXPECT_TRUE(heavier.rests_within(1e-5));
+    EXPECT_NEAR(heavier.waterline_mm.value(), *boat.goal.waterline_mm * (1 + heavier.excess), 1e-9);
+  }
+  EXPECT_NE(verdict.meaning.back().find(
+                "With 1 % more plastic, the same everywhere (its centre of mass stays), it floats 0.22 mm deeper"),
+            std::string::npos)
+      << verdict.meaning.back();
+  const auto records = std::get<std::vector<Record>>(figure(verdict, "with_more_plastic").value);
+  ASSERT_EQ(records.size(), 2u);
+  EXPECT_EQ(std::get<double>(records[1][1].second), state.heavier[1].waterline_mm.value());
+}
+
+// A box of which 0.5 % is dry sinks with 1 % more; with 2 % it bears that, and a note tells of 3 %; with 5 % none is needed.
+TEST(VerifyFloat, AReserveSmallerThanThePrintsScatterFails) {
+  const Mesh plate = test::box({-20, -15, 0}, {20, 15, 10});
+  const auto judged = [&](double density) {
+    FloatSpec goal;
+    goal.print.density_g_cm3 = density;
+    return verify(plate, nullptr, goal);
+  };
+  const FloatVerdict full = judged(0.995);
+  EXPECT_EQ(failed(full), Names({"reserve"}));
+  ASSERT_EQ(full.notes.size(), 1u);
+  EXPECT_NE(full.notes[0].find("with 1 % more plastic it sinks, as it displaces at most 0.5 % more"), std::string::npos)
+      << full.notes[0];
+  const FloatVerdict little = judged(0.98);
+  EXPECT_EQ(failed(little), Names());
+  ASSERT_EQ(little.notes.size(), 1u);
+  EXPECT_NE(little.notes[0].find("with 3 % more plastic it sinks"), std::string::npos) << little.notes[0];
+  EXPECT_TRUE(judged(0.95).notes.empty());
+  // What comes to no rest has no reserve to be judged.
+  FloatSpec sinks;
+  sinks.waterline_mm = 5;
+  EXPECT_TRUE(verify(plate, nullptr, sinks).state.heavier.empty());
+  EXPECT_EQ(criterion(full, "reserve").limit, Limits().settled_tilt_rad);
 }
 
 TEST(VerifyFloat, AsStoredInAnStlFileInAnyFrame) {
@@ -481,6 +534,39 @@ TEST(VerifyFloat, AnUntouchedSolidIsJudgedToo) {
   const FloatVerdict verdict = verify(plate, &plate, goal);
   EXPECT_TRUE(verdict.pass());
   EXPECT_EQ(verdict.cavities, 0u);
+}
+
+TEST(VerifyFloat, AnOpenVesselTellsTheHeelAtWhichItFloods) {
+  const Mesh dinghy = test::polycubes({{0, 0, 0},
+                                       {1, 0, 0},
+                                       {2, 0, 0},
+                                       {0, 1, 0},
+                                       {2, 1, 0},
+                                       {0, 2, 0},
+                                       {1, 2, 0},
+                                       {2, 2, 0},
+                                       {0, 0, 1},
+                                       {1, 0, 1},
+                                       {2, 0, 1},
+                                       {0, 1, 1},
+                                       {2, 1, 1},
+                                       {0, 2, 1},
+                                       {1, 2, 1},
+                                       {2, 2, 1},
+                                       {1, 1, 0}},
+                                      10);  // 30 x 30 x 20, with a pit of 10 x 10 x 10
+  FloatSpec goal;
+  goal.print.density_g_cm3 = 0.9;
+  const FloatVerdict verdict = verify(dinghy, nullptr, goal);
+  const FloatState& state = verdict.state;
+  ASSERT_TRUE(state.flooding_heel_rad.has_value());
+  EXPECT_NEAR(*verdict.spec.waterline_mm, 17000 * 0.9 / 900, 1e-9);
+  EXPECT_NEAR(state.water.dry_interior_mm3, 700, 1e-9);
+  EXPECT_EQ(*state.flooding_heel_rad, flooding_heel(dinghy, state.body.mass_g * 1e3, Eigen::Vector3d::UnitZ())->angle_rad);
+  EXPECT_EQ(std::get<double>(figure(verdict, "flooding_heel_rad").value), *state.flooding_heel_rad);
+  EXPECT_NE(verdict.meaning[0].find("Water comes in over its rim when it is tilted by"), std::string::npos) << verdict.meaning[0];
+  const Mesh closed = test::box({0, 0, 0}, {30, 30, 20});
+  EXPECT_FALSE(verify(closed, nullptr, goal).state.flooding_heel_rad.has_value());
 }
 
 TEST(VerifyFloat, TheSameBitsForAnyNumberOfThreads) {

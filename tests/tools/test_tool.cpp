@@ -113,7 +113,7 @@ TEST_F(Tool, FloatsAndVerifies) {
     EXPECT_TRUE(report["solver"].contains(key)) << key;
   for (const char* key : {"read", "domain", "rays", "solve", "mesh", "verify", "write", "total"})
     EXPECT_GE(report["timings_s"][key].get<double>(), 0) << key;
-  ASSERT_EQ(report["criteria"].size(), 8u);
+  ASSERT_EQ(report["criteria"].size(), 9u);
   for (const auto& c : report["criteria"]) EXPECT_TRUE(c["pass"]) << c["name"];
   EXPECT_GT(report["before"]["mass_g"].get<double>(), report["after"]["mass_g"].get<double>());
 
@@ -569,6 +569,20 @@ TEST_F(Tool, BodiesThatDoNotTouchAreRefusedUnlessHeldTogether) {
     const Run rigid = run(std::string(arguments) + " --rigid");
     EXPECT_EQ(rigid.code, 0) << rigid.err;
     EXPECT_NE(rigid.out.find("as --rigid says"), std::string::npos);
+  }
+}
+
+// What it means for the print comes before the figures; how the solver came to it is for those who ask.
+TEST_F(Tool, WordsComeBeforeFigures) {
+  for (const char* command : {"float egg.stl", "spin egg.stl", "spin egg.stl --yoyo", "target egg.stl --mass 40"}) {
+    const Run result = run(std::string(command) + " --resolution 40");
+    ASSERT_EQ(result.code, 0) << result.err;
+    const std::size_t words = result.out.find("\nIt ");
+    ASSERT_NE(words, std::string::npos) << result.out;
+    EXPECT_LT(words, result.out.find("before (solid)")) << command;
+    for (const char* jargon : {"quadric", "iterations", "variables", "passes"})
+      EXPECT_EQ(result.out.find(jargon), std::string::npos) << command << " says " << jargon;
+    EXPECT_NE(run(std::string(command) + " --resolution 40 -v").out.find("iterations in"), std::string::npos) << command;
   }
 }
 

@@ -416,8 +416,7 @@ const std::vector<Syntax>& commands() {
     }
     all.push_back({"verify",
                    "rayrep verify MESH [options]: judge from its triangles whether MESH floats, spins, stands ...\n"
-                   "Without --waterline or --submerged it floats where it displaces its own mass. The solid that\n"
-                   "--point com means is --original; without that, MESH with its cavities filled.\n",
+                   "Without --waterline or --submerged it floats where it displaces its own mass.\n",
                    "judge a hollowed mesh: does it float upright, spin, stand, fit its target?", Command::verify});
     all.push_back({"inspect", "rayrep inspect MESH [options]: size, volume, mass, centre of mass, inertia and defects of MESH.\n",
                    "size, volume, mass, inertia and defects of MESH", Command::inspect});

@@ -171,7 +171,10 @@ Print the result solid (100 % infill). A mesh with a cavity, printed at 15 % inf
 .B fill_density = 100%
 for PrusaSlicer, which overrides the profile there; other slicers and formats have to be told.
 .PP
-The print is taken to be uniform and of the given density. Slicers put down 0.5 to 1.5 % more than the mesh's volume.
+The print is taken to be uniform and of the given density. Slicers put down 0.5 to 1.5 % more than the mesh's volume. What floats must
+therefore still rest upright with 1 % more plastic everywhere
+.RB ( reserve ),
+and a note tells if it does not with 3 %.
 .PP
 A cavity is sealed and has no drain hole: in a resin or powder printer uncured material stays in it, and no account is taken of that.
 .SH SEE ALSO

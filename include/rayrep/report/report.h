@@ -42,8 +42,8 @@ struct RunReport {
 /// numbers are null.
 std::string to_json(const RunReport& report);
 
-/// The same for a terminal: what came in, before and after side by side (of a verify run: after alone), verdict per criterion,
-/// proof. @param verbose  also stages and timings
+/// The same for a terminal: what came in, what came of it in words, then in figures, before and after side by side (of a verify
+/// run: after alone), verdict per criterion. @param verbose  also how the solver came to it, proof, stages and timings
 std::string to_text(const RunReport& report, bool verbose);
 
 /// Of `rayrep inspect`. `mass` is null for a mesh that is not usable.
