@@ -320,12 +320,14 @@ FloatVerdict verify(const Mesh& delivered, const Mesh* original, const FloatSpec
   const bool closed = Surface::closed(verdict);
   verdict.spec = at_its_waterline(surface.mesh, closed, spec, progress);
   verdict.state = state_of({surface.mesh, surface.outer, closed}, verdict.spec, {limits, Judging::with_more_plastic, progress});
-  add_surface_criteria(surface, original != nullptr, spec.print.wall_mm, limits.wall_ratio, verdict);
+  add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
 
   const FloatState& state = verdict.state;
   const double diagonal = surface.diagonal_mm;
   if (state.body.mass_g > 0 && state.displaced_mass_g == 0)
     verdict.notes.push_back("At this waterline the body displaces nothing.");
+  if (verdict.trapped_resin_g > state.buoyancy_reserve * state.body.mass_g)
+    verdict.notes.push_back("With that resin inside it sinks.");
   say(verdict, limits);
   auto& criteria = verdict.criteria;
   criteria.push_back(at_most("mass_error", "mass against displaced mass, relative", state.mass_error, limits.mass_error));

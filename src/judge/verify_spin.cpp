@@ -222,7 +222,7 @@ SpinVerdict verify(const Mesh& delivered, const Mesh* original, const SpinSpec& 
   verdict.spec = at_its_place(surface.mesh, original, spec, progress);
   const Eigen::Vector3d contact_mm = place_of(verdict.spec);
   verdict.state = state_of(surface.mesh, Surface::closed(verdict), verdict.spec, contact_mm, progress);
-  add_surface_criteria(surface, original != nullptr, spec.print.wall_mm, limits.wall_ratio, verdict);
+  add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
 
   const SpinState& state = verdict.state;
   auto& criteria = verdict.criteria;

@@ -110,7 +110,7 @@ StandVerdict verify(const Mesh& delivered, const Mesh* original, const StandSpec
   verdict.spec = spec;
   const Surface surface = judge_surface(delivered, original, progress, verdict);
   verdict.state = state_of(surface.mesh, Surface::closed(verdict), spec, progress);
-  add_surface_criteria(surface, original != nullptr, spec.print.wall_mm, limits.wall_ratio, verdict);
+  add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
 
   const StandState& state = verdict.state;
   const std::size_t corners = state.polygon.corners_mm.size();

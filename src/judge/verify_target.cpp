@@ -75,7 +75,7 @@ TargetVerdict verify(const Mesh& delivered, const Mesh* original, const TargetSp
   verdict.spec = spec;
   const Surface surface = judge_surface(delivered, original, progress, verdict);
   verdict.state = state_of(surface.mesh, Surface::closed(verdict), surface.diagonal_mm, spec, progress);
-  add_surface_criteria(surface, original != nullptr, spec.print.wall_mm, limits.wall_ratio, verdict);
+  add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
   for (const InertialDeviation& d : verdict.state.deviations)
     verdict.criteria.push_back(at_most(inertial_name(d.number), description(d.number), d.relative, limits.relative));
   std::string missed;

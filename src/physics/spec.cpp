@@ -215,22 +215,38 @@ void check_inertia(const InertialTargets& targets) {
 }  // namespace
 
 Settings settings(Print& print, For purpose) {
-  const TextPlace by_name = {[&print](const std::string& name) { print.density_g_cm3 = material(name).density_g_cm3; },
-                             [&print] { return shown(print.density_g_cm3); }};
+  // A density says nothing of the material, but of a liquid one it may be the bottle's own.
+  const TextPlace by_name = {[&print](const std::string& name) {
+                               print.density_g_cm3 = material(name).density_g_cm3;
+                               print.liquid_g_cm3 = material(name).liquid_g_cm3;
+                             },
+                             [&print] {
+                               for (const Material& m : materials())
+                                 if (m.liquid_g_cm3 > 0 && m.liquid_g_cm3 == print.liquid_g_cm3) return m.name;
+                               return std::string("none");
+                             }};
   return {
+      {.name = "material",
+       .value = "NAME",
+       .words = "one of: " + material_names(),
+       .details =
+           "Sets the density to a typical one; the data sheet of the spool or bottle is better (--density, which goes before). "
+           "Sources: docs/conventions.md. With resin, what a sealed cavity keeps uncured is weighed, and the mesh fails "
+           "(trapped_resin) unless --drained is said.",
+       .place = by_name},
       {.name = "density",
        .value = "G_CM3",
        .words = "density of the print (default 1.24, PLA)",
        .details = "",
        .place = &print.density_g_cm3,
-       .range = Range::positive(),
-       .also = "material"},
-      {.name = "material",
-       .value = "NAME",
-       .words = "or of: " + material_names(),
-       .details = "The data sheet of the spool or bottle is better. Sources: docs/conventions.md.",
-       .place = by_name,
-       .also = "density"},
+       .range = Range::positive()},
+      {.name = "drained",
+       .value = "",
+       .words = "resin: you will drain the cavities, and close them again",
+       .details =
+           "Says that no uncured resin stays in a sealed cavity: you drill a hole into each, let it run out, and close the hole "
+           "with cured resin. What hole and plug change of the mass is not accounted for.",
+       .place = &print.drained},
       {.name = "wall",
        .value = "MM",
        .words = "smallest wall thickness",

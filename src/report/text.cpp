@@ -1,6 +1,7 @@
 #include <fmt/printf.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <numbers>
 
@@ -46,6 +47,7 @@ std::string wrapped(const std::string& text) {
 std::string value_text(const Criterion& c, double value) {
   if (!std::isfinite(value)) return "-";
   if (is_angle(c)) return format("%.4f", degrees(value));
+  if (c.name == "trapped_resin") return format("%.2f", value);
   if (c.name == "wall" || c.name == "metacentric_height") return format("%.3f", value);
   if (value == std::round(value) && std::abs(value) < 1e6) return format("%.0f", value);
   return format("%.2e", value);
@@ -171,6 +173,12 @@ std::string proof_text(const HollowResult& hollow, bool verbose) {
   return text;
 }
 
+bool ends_in_3mf(const std::string& path) {
+  std::string ending = path.substr(std::min(path.size(), path.rfind('.')));
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  return ending == ".3mf";
+}
+
 }  // namespace
 
 std::string to_text(const RunReport& report, bool verbose) {
@@ -187,6 +195,30 @@ std::string to_text(const RunReport& report, bool verbose) {
   }
   if (report.hollow && !report.hollow->proof.empty()) text += "\n" + proof_text(*report.hollow, verbose);
   return text;
+}
+
+std::string printing_text(const RunReport& report) {
+  if (!report.hollow) return {};
+  const HollowResult& hollow = *report.hollow;
+  const Print& print = print_of(hollow.spec);
+  std::string text = "To print: ";
+  if (print.liquid_g_cm3 > 0) {
+    text += "solid, not hollowed again by the slicer";
+    if (hollow.cavities > 0)
+      text += format("; drill a hole into %s, let the resin run out, and close it with cured resin",
+                     hollow.cavities == 1 ? std::string("the cavity") : format("each of the %zu cavities", hollow.cavities));
+  } else if (hollow.cavities == 0) {
+    text += "at 100 % infill";
+  } else if (ends_in_3mf(report.output)) {
+    text +=
+        "the file asks PrusaSlicer, Bambu Studio and OrcaSlicer for 100 % infill and for supports on the build plate only; set "
+        "both yourself in another slicer";
+  } else {
+    text +=
+        "at 100 % infill, with supports on the build plate only (automatic supports fill the cavity). A 3MF output (-o NAME.3mf) "
+        "carries both";
+  }
+  return wrapped(text + format(". The print should weigh %.1f g.", report.after.body.mass_g));
 }
 
 std::string to_text(const Inspection& inspection) {

@@ -569,6 +569,35 @@ TEST(VerifyFloat, AnOpenVesselTellsTheHeelAtWhichItFloods) {
   EXPECT_FALSE(verify(closed, nullptr, goal).state.flooding_heel_rad.has_value());
 }
 
+// Uncured resin in a sealed cavity fails whatever the goal; not when it will be drained, nor in an open one, nor of filament.
+TEST(VerifyFloat, ResinTrappedInACavityFails) {
+  Boat boat;
+  boat.goal.print.liquid_g_cm3 = 1.1;
+  const FloatVerdict trapped = verify(boat.mesh(), nullptr, boat.goal);
+  EXPECT_EQ(failed(trapped), Names({"trapped_resin"}));
+  EXPECT_NEAR(trapped.trapped_resin_g, 1.1e-3 * 50 * 30 * 20, 1e-9);
+  EXPECT_EQ(criterion(trapped, "trapped_resin").value, trapped.trapped_resin_g);
+  ASSERT_EQ(trapped.notes.size(), 2u);
+  EXPECT_NE(trapped.notes[0].find("33.0 g of uncured resin"), std::string::npos) << trapped.notes[0];
+  EXPECT_NE(trapped.notes[0].find("85.1 g instead of 52.1 g"), std::string::npos) << trapped.notes[0];
+  EXPECT_NE(trapped.notes[1].find("sinks"), std::string::npos);
+  EXPECT_NE(trapped.meaning[0].find("33.0 g of it uncured"), std::string::npos) << trapped.meaning[0];
+  // A cavity of the original's own keeps it, too.
+  const Mesh own = boat.mesh();
+  EXPECT_EQ(failed(verify(own, &own, boat.goal)), Names({"trapped_resin"}));
+  boat.goal.print.drained = true;
+  EXPECT_EQ(failed(verify(boat.mesh(), nullptr, boat.goal)), Names());
+  boat.goal.print.drained = false;
+  FloatSpec light = boat.goal;
+  light.waterline_mm.reset();
+  light.print.density_g_cm3 = 0.5;
+  const Mesh solid = test::box({-20, -15, 0}, {20, 15, 10});
+  EXPECT_EQ(failed(verify(solid, nullptr, light)), Names());
+  StandSpec stand;
+  stand.print = boat.goal.print;
+  EXPECT_FALSE(verify(boat.mesh(), nullptr, stand).pass());
+}
+
 TEST(VerifyFloat, TheSameBitsForAnyNumberOfThreads) {
   Boat boat;
   boat.shift = {0.1, 0.05, 0.2};

@@ -187,7 +187,6 @@ TEST_F(Tool, UsageErrorsAre2) {
                                 "float egg.stl --nonsense 3",
                                 "float egg.stl --waterline 5 --submerged 0.5",
                                 "float egg.stl --submerged 1.5",
-                                "float egg.stl --density 1 --material pla",
                                 "float egg.stl --material cheese",
                                 "float egg.stl -o egg.xyz",
                                 "float egg.stl -o egg.stl",
@@ -570,6 +569,45 @@ TEST_F(Tool, BodiesThatDoNotTouchAreRefusedUnlessHeldTogether) {
     EXPECT_EQ(rigid.code, 0) << rigid.err;
     EXPECT_NE(rigid.out.find("as --rigid says"), std::string::npos);
   }
+}
+
+// A density says nothing of the material; resin keeps what is not cured in a sealed cavity.
+TEST_F(Tool, ResinIsRefusedUnlessItIsDrained) {
+  const std::string arguments = "float egg.stl --resolution 40 --submerged 0.5 --density 1.14 -o resin.stl ";
+  EXPECT_EQ(run(arguments).code, 0);
+  fs::remove(folder_ / "resin.stl");
+  const Run kept = run(arguments + "--material resin");
+  EXPECT_EQ(kept.code, 4);
+  EXPECT_NE(kept.err.find("(trapped_resin)"), std::string::npos) << kept.err;
+  EXPECT_NE(kept.err.find("say --drained"), std::string::npos) << kept.err;
+  EXPECT_FALSE(fs::exists(folder_ / "resin.stl"));
+  const Run drained = run(arguments + "--material resin --drained -v --report r.json");
+  ASSERT_EQ(drained.code, 0) << drained.err;
+  EXPECT_NE(drained.out.find("let the resin run out"), std::string::npos) << drained.out;
+  EXPECT_EQ(nlohmann::json::parse(text_of(folder_ / "r.json"))["goal"]["drained"], true);
+  // What judges it again knows of both.
+  const std::string before = "\nto judge it again: rayrep ";
+  const std::size_t at = drained.out.find(before);
+  ASSERT_NE(at, std::string::npos) << drained.out;
+  const std::string line = drained.out.substr(at + before.size(), drained.out.find('\n', at + 1) - at - before.size());
+  EXPECT_NE(line.find("--material resin"), std::string::npos) << line;
+  EXPECT_NE(line.find("--drained"), std::string::npos) << line;
+  EXPECT_EQ(run(line).code, 0) << line;
+  EXPECT_EQ(run("verify resin.stl --material resin").code, 4);
+  // The bottle's own density goes before the table's, whichever comes first.
+  for (const char* order : {"--material resin --density 1.2", "--density 1.2 --material resin"}) {
+    ASSERT_EQ(run(std::string("inspect egg.stl --json ") + order).code, 0);
+    EXPECT_EQ(nlohmann::json::parse(run(std::string("inspect egg.stl --json ") + order).out)["density_g_cm3"], 1.2) << order;
+  }
+}
+
+TEST_F(Tool, SaysHowToPrint) {
+  const Run stl = run("float egg.stl --resolution 40 --submerged 0.5");
+  EXPECT_NE(stl.out.find("To print: at 100 % infill, with supports on the build plate only"), std::string::npos) << stl.out;
+  EXPECT_NE(run("float egg.stl --resolution 40 --submerged 0.5 -o a.3mf").out.find("To print: the file asks PrusaSlicer"),
+            std::string::npos);
+  EXPECT_EQ(run("float egg.stl --resolution 40 --submerged 0.5 -q").out, "");
+  EXPECT_EQ(run("verify egg_float.stl").out.find("To print"), std::string::npos);
 }
 
 // What it means for the print comes before the figures; how the solver came to it is for those who ask.

@@ -470,8 +470,8 @@ std::string quoted(const std::string& word) {
 
 std::string remedied(int argc, const char* const* argv, const std::string& remedy) {
   // An option and those that say the same in other words.
-  static const std::map<std::string, std::set<std::string>> replaces = {
-      {"--waterline", {"--waterline", "--submerged"}}, {"--density", {"--density", "--material"}}, {"--up", {"--up", "--axis"}}};
+  static const std::map<std::string, std::set<std::string>> replaces = {{"--waterline", {"--waterline", "--submerged"}},
+                                                                        {"--up", {"--up", "--axis"}}};
   const std::string name = remedy.substr(0, remedy.find(' '));
   const auto found = replaces.find(name);
   const std::set<std::string> gone = found != replaces.end() ? found->second : std::set<std::string>{name};
@@ -501,8 +501,7 @@ std::string judging_command(const Options& options, const Spec& spec, const std:
   std::string text = "rayrep verify " + quoted(output) + " --goal " + judging.goal;
   const std::vector<Group> now = groups_of(syntax, judging);
   const std::vector<Group> before = groups_of(syntax, usual);
-  static const std::set<std::string> kOther = {"unit",   "size",  "goal",    "material", "original",
-                                               "report", "quiet", "verbose", "threads",  "help"};
+  static const std::set<std::string> kOther = {"unit", "size", "goal", "original", "report", "quiet", "verbose", "threads", "help"};
   for (std::size_t g = 0; g < now.size(); ++g)
     for (std::size_t n = 0; n < now[g].settings.size(); ++n) {
       const Setting& s = now[g].settings[n];

@@ -203,7 +203,8 @@ void deliver(const Options& options, const Mesh& solid, RunReport& report, Stage
   char took[32];
   std::snprintf(took, sizeof took, "%.2f", report.timings_s.back().second);
   std::cout << "VERIFIED: wrote " << report.output << ", " << report.delivered_triangles << " triangles, in " << took << " s"
-            << (replaced ? "; it replaced the file that was there" : "") << "\n";
+            << (replaced ? "; it replaced the file that was there" : "") << "\n"
+            << printing_text(report);
 }
 
 /// Finds out before the work that STL, which stores float32, cannot hold the wall so far from the origin.

@@ -92,6 +92,7 @@ struct Verdict {
                                   ///< it; infinite without cavities
   double outer_deviation_mm = 0;  ///< two-sided Hausdorff distance of what was changed of the outer surface, theory.md (41): 0 when
                                   ///< nothing was, infinite when none is left
+  double trapped_resin_g = 0;     ///< uncured, in sealed cavities: of Print::liquid_g_cm3, and not where Print says it is drained
   double coordinate_rounding_mm = 0;  ///< of the largest coordinate: 2^-23 of it where all are float32 values, else 2^-50
   std::vector<Criterion> criteria;
   std::vector<std::string> meaning;  ///< what it comes to for the print, in sentences
@@ -115,6 +116,7 @@ struct FloatVerdict : Verdict {
 ///   no_islands          0
 ///   wall                only with a cavity and spec.print.wall_mm > 0: smallest wall over spec.print.wall_mm, at the cavities'
 ///                       vertices
+///   trapped_resin       g, only of a Print with a liquid that is not drained, and a closed mesh: trapped_resin_g, 0
 ///   mass_error          relative to the displaced mass
 ///   offset              over the diagonal
 ///   metacentric_height  mm, at least 1e-4 of the diagonal: below that floating_rest takes a body for neutral
@@ -150,7 +152,7 @@ struct SpinVerdict : Verdict {
 };
 
 /// Judges a delivered mesh, as the judge of floating does, by whether it spins. Criteria, in this order: closed, outer_unchanged,
-/// no_islands and wall as there, then
+/// no_islands, wall and trapped_resin as there, then
 ///   offset         distance of the centre of mass from the axis, over the diagonal
 ///   centre         only of a yo-yo: distance of the centre of mass from contact_mm, over the diagonal
 ///   axis_angle     rad
@@ -192,7 +194,7 @@ struct StandVerdict : Verdict {
 };
 
 /// Judges a delivered mesh, as the judge of floating does, by whether it stands. Criteria, in this order: closed, outer_unchanged,
-/// no_islands and wall as there, then
+/// no_islands, wall and trapped_resin as there, then
 ///   supported  corners of the support polygon: at least 3
 ///   inside     smallest tipping angle, rad
 ///   offset     only with a target: over the diagonal
@@ -217,8 +219,8 @@ struct TargetVerdict : Verdict {
 };
 
 /// Judges a delivered mesh, as the judge of floating does, by its mass, centre of mass and inertia. Criteria, in this order:
-/// closed, outer_unchanged, no_islands and wall as there, then one for every wanted number, named by inertial_name: its deviation,
-/// relative as InertialDeviation says.
+/// closed, outer_unchanged, no_islands, wall and trapped_resin as there, then one for every wanted number, named by inertial_name:
+/// its deviation, relative as InertialDeviation says.
 /// @throws Error{usage} for a goal that makes no sense; otherwise as verify_float
 TargetVerdict verify(const Mesh& delivered, const Mesh* original, const TargetSpec& spec, const Limits& limits = {},
                      const Progress& progress = {});

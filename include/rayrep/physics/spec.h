@@ -20,6 +20,8 @@ namespace rayrep {
 struct Print {
   double density_g_cm3 = 1.24;  ///< of the printed material
   double wall_mm = 1.2;         ///< smallest distance of a cavity to the surface; for a judge 0: the wall is not judged
+  double liquid_g_cm3 = 0;      ///< of what stays uncured in a sealed cavity, see Material; 0: nothing does
+  bool drained = false;         ///< nothing does all the same: the cavities are drained after the print, and closed again
 };
 
 /// Floats upright.

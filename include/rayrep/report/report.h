@@ -46,6 +46,9 @@ std::string to_json(const RunReport& report);
 /// run: after alone), verdict per criterion. @param verbose  also how the solver came to it, proof, stages and timings
 std::string to_text(const RunReport& report, bool verbose);
 
+/// How the output is to be printed, in a line or two; empty of a verify run.
+std::string printing_text(const RunReport& report);
+
 /// Of `rayrep inspect`. `mass` is null for a mesh that is not usable.
 struct Inspection {
   InputSummary input;
