@@ -151,8 +151,10 @@ FloatSpec at_its_waterline(const Mesh& mesh, bool closed, FloatSpec spec, const 
                 "The surface is not closed, so that there is no waterline at which it displaces its own mass: name one "
                 "(--waterline), or repair the mesh.");
   const Mesh hull = boundary_of_union(outer_hull(standing), progress);
-  const double displaced_mm3 =
-      mesh_moments(boundary_of_union(standing, progress))[M1] * spec.print.density_g_cm3 / spec.fluid_g_cm3;
+  const double displaced_mm3 = spec.submerged_volume_fraction ? *spec.submerged_volume_fraction * mesh_moments(hull)[M1]
+                                                              : mesh_moments(boundary_of_union(standing, progress))[M1] *
+                                                                    spec.print.density_g_cm3 / spec.fluid_g_cm3;
+  spec.submerged_volume_fraction.reset();
   spec.waterline_mm = waterline_for_volume(hull, Eigen::Vector3d::UnitZ(), displaced_mm3);
   return spec;
 }

@@ -157,6 +157,32 @@ TextPlace fluid_place(double& fluid_g_cm3) {
           [&fluid_g_cm3] { return shown(fluid_g_cm3); }};
 }
 
+/// "0.7", "70%": of the height; "0.7volume", "70%volume": of the volume.
+TextPlace submerged_place(FloatSpec& spec) {
+  return {[&spec](const std::string& text) {
+            std::string number = text;
+            const auto take = [&number](const std::string& ending) {
+              if (!number.ends_with(ending)) return false;
+              number.resize(number.size() - ending.size());
+              return true;
+            };
+            const bool of_volume = take("volume");
+            if (!of_volume) take("height");
+            const bool percent = take("%");
+            const double fraction = parse_number("submerged", number) / (percent ? 100 : 1);
+            if (!(fraction > 0 && fraction < 1)) {
+              const bool meant = fraction >= 1 && fraction <= 100 && !percent;
+              usage_error("--submerged must lie between 0 and 1, or 0% and 100%; it is " + text + "." +
+                          (meant ? " Did you mean " + number + "%?" : ""));
+            }
+            (of_volume ? spec.submerged_volume_fraction : spec.submerged_fraction) = fraction;
+          },
+          [&spec] {
+            if (spec.submerged_volume_fraction) return shown(*spec.submerged_volume_fraction) + "volume";
+            return spec.submerged_fraction ? shown(*spec.submerged_fraction) : std::string("auto");
+          }};
+}
+
 /// Nothing that is printed or floated in is heavier than 25 g/cm3: then kg/m3 was meant.
 void check_density(const char* name, double density_g_cm3) {
   if (!Range::positive().contains(density_g_cm3))
@@ -278,10 +304,10 @@ Settings settings(FloatSpec& spec, For purpose) {
         .also = "submerged"},
        {.name = "submerged",
         .value = "FRACTION",
-        .words = "or the fraction of the height under water, 0 to 1",
-        .details = "",
-        .place = &spec.submerged_fraction,
-        .range = {.lo = 0, .hi = 1},
+        .words = "or how much is under water: 70% of the height, 70%volume",
+        .details = "0.7 or 70%: the waterline lies at that fraction of the height. 0.7volume or 70%volume: the body displaces that "
+                   "fraction of the volume that its outside encloses, sealed cavities included.",
+        .place = submerged_place(spec),
         .also = "waterline"}},
       purpose);
 }
@@ -439,7 +465,11 @@ Settings settings(TargetSpec& spec, For purpose) {
 void check(const FloatSpec& spec, For purpose) {
   check_rows(spec, purpose);
   check_density("fluid", spec.fluid_g_cm3);
-  if (spec.waterline_mm && spec.submerged_fraction) usage_error("Give either --waterline or --submerged, not both.");
+  if (spec.waterline_mm.has_value() + spec.submerged_fraction.has_value() + spec.submerged_volume_fraction.has_value() > 1)
+    usage_error("Give either --waterline or --submerged, not both.");
+  for (const std::optional<double>& fraction : {spec.submerged_fraction, spec.submerged_volume_fraction})
+    if (fraction && !(*fraction > 0 && *fraction < 1))
+      usage_error("--submerged must lie between 0 and 1; it is " + shown(*fraction) + ".");
 }
 
 void check(const SpinSpec& spec, For purpose) {

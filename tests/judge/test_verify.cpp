@@ -598,6 +598,17 @@ TEST(VerifyFloat, ResinTrappedInACavityFails) {
   EXPECT_FALSE(verify(boat.mesh(), nullptr, stand).pass());
 }
 
+// A fraction of the volume is that of the hull, a fraction of the height that of the height.
+TEST(VerifyFloat, SubmergedByHeightOrByVolume) {
+  const Mesh cone = test::cone(10, 20, 48);  // on its base
+  FloatSpec goal;
+  goal.submerged_fraction = 0.5;
+  EXPECT_NEAR(*verify(cone, nullptr, goal).spec.waterline_mm, 10, 1e-9);
+  goal.submerged_fraction.reset();
+  goal.submerged_volume_fraction = 0.875;  // the cone above half its height has 1/8
+  EXPECT_NEAR(*verify(cone, nullptr, goal).spec.waterline_mm, 10, 1e-9);
+}
+
 TEST(VerifyFloat, TheSameBitsForAnyNumberOfThreads) {
   Boat boat;
   boat.shift = {0.1, 0.05, 0.2};

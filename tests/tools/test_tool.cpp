@@ -187,6 +187,8 @@ TEST_F(Tool, UsageErrorsAre2) {
                                 "float egg.stl --nonsense 3",
                                 "float egg.stl --waterline 5 --submerged 0.5",
                                 "float egg.stl --submerged 1.5",
+                                "float egg.stl --submerged 101%",
+                                "float egg.stl --submerged 0volume",
                                 "float egg.stl --material cheese",
                                 "float egg.stl -o egg.xyz",
                                 "float egg.stl -o egg.stl",
@@ -601,6 +603,21 @@ TEST_F(Tool, ResinIsRefusedUnlessItIsDrained) {
   }
 }
 
+TEST_F(Tool, SubmergedIsOfTheHeightOrOfTheVolume) {
+  const auto waterline = [&](const char* submerged) {
+    const Run result = run(std::string("verify egg.stl --report r.json --submerged ") + submerged);
+    EXPECT_EQ(result.code, 4) << submerged << ": " << result.err;
+    return nlohmann::json::parse(text_of(folder_ / "r.json"))["goal"]["waterline_mm"].get<double>();
+  };
+  EXPECT_EQ(waterline("0.7"), waterline("70%"));
+  EXPECT_EQ(waterline("0.7"), waterline("70%height"));
+  EXPECT_NEAR(waterline("0.7"), 0.7 * 32, 1e-6);
+  EXPECT_EQ(waterline("0.7volume"), waterline("70%volume"));
+  // Of an ellipsoid of height 2c up to h: (h / c)^2 (3 - h / c) / 4.
+  const double h = waterline("70%volume") / 16;
+  EXPECT_NEAR(h * h * (3 - h) / 4, 0.7, 5e-3);
+}
+
 TEST_F(Tool, SaysHowToPrint) {
   const Run stl = run("float egg.stl --resolution 40 --submerged 0.5");
   EXPECT_NE(stl.out.find("To print: at 100 % infill, with supports on the build plate only"), std::string::npos) << stl.out;
@@ -631,7 +648,7 @@ TEST_F(Tool, HintsSayWhatWasMeant) {
                                                        {"float egg.stl --density 1240", "give 1.24"},
                                                        {"float egg.stl --wall 2mm", "without 'mm'"},
                                                        {"float egg.stl --wall 1,2", "1.2"},
-                                                       {"float egg.stl --submerged 50%", "0.5"},
+                                                       {"float egg.stl --submerged 50", "Did you mean 50%?"},
                                                        {"float egg.stl --fluid sewater", "Did you mean seawater?"},
                                                        {"float egg.stl --scale 2", "--size"},
                                                        {"float egg.stl egg.stl", "more than one mesh"}};
