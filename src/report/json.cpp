@@ -84,6 +84,10 @@ Json input_json(const InputSummary& input) {
   for (const std::string& note : input.notes) notes.push_back(note);
   for (const std::string& note : check.notes) notes.push_back(note);
   json["notes"] = notes;
+  if (input.body > 0) {
+    json["body"] = input.body;
+    json["bodies"] = input.bodies;
+  }
   return json;
 }
 

@@ -54,8 +54,9 @@ std::string value_text(const Criterion& c, double value) {
 }
 
 std::string input_text(const InputSummary& input) {
+  const std::string name = input.body > 0 ? format("%s, body %zu of %zu", input.path, input.body, input.bodies) : input.path;
   std::string text =
-      format("%s: %s, %.4g x %.4g x %.4g mm, %zu triangles, %zu component%s\n", input.path, input.format, input.size_mm.x(),
+      format("%s: %s, %.4g x %.4g x %.4g mm, %zu triangles, %zu component%s\n", name, input.format, input.size_mm.x(),
              input.size_mm.y(), input.size_mm.z(), input.triangles, input.check.components, input.check.components == 1 ? "" : "s");
   for (const std::string& note : input.notes) text += "  note: " + note + "\n";
   for (const std::string& note : input.check.notes) text += "  note: " + note + "\n";

@@ -189,6 +189,9 @@ TEST_F(Tool, UsageErrorsAre2) {
                                 "float egg.stl --submerged 1.5",
                                 "float egg.stl --submerged 101%",
                                 "float egg.stl --submerged 0volume",
+                                "float egg.stl --each --rigid",
+                                "float egg.stl --each --suggest",
+                                "verify egg.stl --each --original egg.stl",
                                 "float egg.stl --material cheese",
                                 "float egg.stl -o egg.xyz",
                                 "float egg.stl -o egg.stl",
@@ -571,6 +574,37 @@ TEST_F(Tool, BodiesThatDoNotTouchAreRefusedUnlessHeldTogether) {
     EXPECT_EQ(rigid.code, 0) << rigid.err;
     EXPECT_NE(rigid.out.find("as --rigid says"), std::string::npos);
   }
+}
+
+// Two bodies, one of which cannot be made: the other is, each is told of, and the exit code is the worse one.
+TEST_F(Tool, EachBodyIsTreatedByItself) {
+  const Mesh egg = uv_ellipsoid(30, 22, 16, 24);
+  write_mesh(folder_ / "two.stl", merged({egg, moved(box({0, 0, 0}, {20, 20, 20}), {100, 0, 0})}));
+  const Run both = run("stand two.stl --resolution 30 --each --report r.json -v");
+  EXPECT_EQ(both.code, 4) << both.err;
+  EXPECT_EQ(new_files(), (std::vector<std::string>{"r-2.json", "two.stl", "two_stand-2.stl"}));
+  EXPECT_NE(both.err.find("body 1 of 2: "), std::string::npos) << both.err;
+  EXPECT_NE(both.err.find("1 of 2 bodies failed"), std::string::npos) << both.err;
+  EXPECT_NE(both.out.find("two.stl, body 2 of 2: "), std::string::npos) << both.out;
+  const auto report = nlohmann::json::parse(text_of(folder_ / "r-2.json"));
+  EXPECT_EQ(report["input"]["body"], 2);
+  EXPECT_EQ(report["output"]["path"], "two_stand-2.stl");
+  EXPECT_NEAR(report["after"]["centre_of_mass_mm"][0].get<double>(), 110, 1e-3) << "where it is in the file";
+  const std::string before = "\nto judge it again: rayrep ";
+  const std::size_t at = both.out.find(before);
+  ASSERT_NE(at, std::string::npos) << both.out;
+  EXPECT_EQ(run(both.out.substr(at + before.size(), both.out.find('\n', at + 1) - at - before.size())).code, 0);
+  // The same bytes as from a file of its own.
+  write_mesh(folder_ / "one.stl", moved(box({0, 0, 0}, {20, 20, 20}), {100, 0, 0}));
+  ASSERT_EQ(run("stand one.stl --resolution 30 -q").code, 0);
+  EXPECT_EQ(text_of(folder_ / "one_stand.stl"), text_of(folder_ / "two_stand-2.stl"));
+
+  EXPECT_EQ(run("verify two.stl --goal stand --each").code, 4);
+  EXPECT_EQ(run("verify one.stl --goal stand --each").code, 0);
+  ASSERT_EQ(run("float two.stl --resolution 30 --each -q -o f.3mf").code, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "f-1.3mf") && fs::exists(folder_ / "f-2.3mf"));
+  fs::copy(folder_ / "two.stl", folder_ / "g-1.stl");
+  EXPECT_EQ(run("float g-1.stl --resolution 30 --each -q -o g.stl").code, 2) << "an output would be the input";
 }
 
 // A density says nothing of the material; resin keeps what is not cured in a sealed cavity.

@@ -14,6 +14,8 @@ namespace rayrep {
 /// What a report says of a mesh that was read.
 struct InputSummary {
   std::string path;
+  std::size_t body = 0;    ///< which of the file's bodies it is, from 1; 0: the whole file
+  std::size_t bodies = 0;  ///< of how many
   std::string format;
   double mm_per_unit = 1;  ///< of the file
   double scale = 1;        ///< applied after that (--size)
