@@ -85,30 +85,6 @@ double simulated_tilt(const SpinState& state, const SpinSpec& spec) {
   return simulate(body, spec.yoyo ? physics::Support::none : physics::Support::sliding, spin).largest_tilt_rad;
 }
 
-/// What the print's scatter does to a body that can spin.
-void judge_scatter(SpinVerdict& verdict, double diagonal_mm, const Limits& limits) {
-  const SpinState& state = verdict.state;
-  verdict.scatter_mm = print_scatter_mm(diagonal_mm);
-  if (state.sliding.empty() || !(state.axis_angle_rad <= limits.axis_angle_rad)) return;
-  const std::string off = "With its centre of mass " + scatter_words(verdict.scatter_mm) + " off the axis, as prints scatter, ";
-  if (verdict.spec.yoyo) {
-    constexpr double turns_rpm = 1000;
-    constexpr double gravity_mm_s2 = 9806.65;
-    const double speed_rad_s = turns_rpm / rpm(1);
-    verdict.meaning.push_back(off + "it shakes: at " + shown(turns_rpm) + " rpm with " +
-                              number(verdict.scatter_mm * speed_rad_s * speed_rad_s / gravity_mm_s2, 2) + " of its weight.");
-    return;
-  }
-  const Eigen::Vector3d up = verdict.spec.up.normalized();
-  const double axial = up.dot(state.body.inertia_g_mm2 * up);
-  const Top top{state.body.mass_g, state.height_mm, axial / state.ratio_smaller, axial / state.ratio_larger, axial};
-  const double speed_rad_s = speed_to_look_at(state);
-  verdict.scatter_tilt_rad = off_balance_tilt_rad(top, verdict.scatter_mm, speed_rad_s);
-  verdict.meaning.push_back(off + "its axis leans by " + number(*verdict.scatter_tilt_rad * 180 / std::numbers::pi, 2) +
-                            " degrees at " + number(rpm(speed_rad_s), 0) +
-                            " rpm, and less the faster it spins. More plastic, the same everywhere, changes none of its speeds.");
-}
-
 /// "387 to 412, above 498". Ends too near to be told apart in the text count as one: a gap or range of a fraction of a turn is of
 /// no use.
 std::string speeds(const std::vector<SpeedRange>& all) {
@@ -131,13 +107,26 @@ std::string speeds(const std::vector<SpeedRange>& all) {
   return text.empty() ? "none" : text;
 }
 
-/// What it does, in one sentence.
-std::string spins(const SpinState& state, const SpinSpec& spec, const Limits& limits) {
-  const char* what = spec.yoyo ? "yo-yo" : "top";
+/// What keeps it from being balanced about its axis; empty if it is.
+std::string imbalance(const SpinVerdict& verdict, double diagonal_mm, const Limits& limits) {
+  const SpinState& state = verdict.state;
+  const double allowed_mm = limits.offset_over_diagonal * diagonal_mm;
+  if (!(state.offset_mm <= allowed_mm)) return "its centre of mass lies " + number(state.offset_mm, 2) + " mm beside the axis";
+  if (verdict.spec.yoyo && !((state.body.centre_of_mass_mm - place_of(verdict.spec)).norm() <= allowed_mm))
+    return "its centre of mass lies " + number(std::abs(state.height_mm), 2) + " mm beside the centre, along the axis";
   if (!(state.axis_angle_rad <= limits.axis_angle_rad))
-    return std::string("It does not spin as a ") + what + ": it is not balanced about this axis and wobbles at any speed.";
-  if (state.sliding.empty())
-    return std::string("It does not spin as a ") + what + ": at no speed is the spin about this axis stable.";
+    return "its nearest principal axis is " + number(state.axis_angle_rad * 180 / std::numbers::pi, 2) +
+           " degrees off, so that it wobbles at any speed";
+  return "";
+}
+
+/// What it does, in one sentence.
+std::string spins(const SpinVerdict& verdict, const std::string& imbalance) {
+  const SpinState& state = verdict.state;
+  const SpinSpec& spec = verdict.spec;
+  const std::string fails = std::string("It does not spin as a ") + (spec.yoyo ? "yo-yo" : "top") + ": ";
+  if (!imbalance.empty()) return fails + imbalance + ".";
+  if (state.sliding.empty()) return fails + "at no speed is the spin about this axis stable.";
   if (spec.yoyo) return "It spins as a yo-yo without wobbling, at " + speeds(state.sliding) + ".";
   const auto fast = [](const std::vector<SpeedRange>& ranges) { return !ranges.empty() && std::isinf(ranges.back().hi_rad_s); };
   if (!fast(state.sliding) || !fast(state.fixed))
@@ -146,6 +135,32 @@ std::string spins(const SpinState& state, const SpinSpec& spec, const Limits& li
   const double fixed = rpm(state.fixed.back().lo_rad_s);
   return "It spins as a top, upright, when it is spun faster than " + number(std::ceil(std::max(sliding, fixed)), 0) +
          " rpm on any ground (" + number(std::ceil(sliding), 0) + " rpm where its tip slides freely).";
+}
+
+/// What it does, and what the print's scatter does to a body that can spin.
+void say(SpinVerdict& verdict, double diagonal_mm, const Limits& limits) {
+  const SpinState& state = verdict.state;
+  verdict.scatter_mm = print_scatter_mm(diagonal_mm);
+  const std::string off_balance = imbalance(verdict, diagonal_mm, limits);
+  verdict.meaning.push_back(spins(verdict, off_balance));
+  if (state.sliding.empty() || !off_balance.empty()) return;
+  const std::string off = "With its centre of mass " + scatter_words(verdict.scatter_mm) + " off the axis, as prints scatter, ";
+  if (verdict.spec.yoyo) {
+    constexpr double turns_rpm = 1000;
+    constexpr double gravity_mm_s2 = 9806.65;
+    const double speed_rad_s = turns_rpm / rpm(1);
+    verdict.meaning.push_back(off + "it shakes: at " + shown(turns_rpm) + " rpm with " +
+                              number(verdict.scatter_mm * speed_rad_s * speed_rad_s / gravity_mm_s2, 2) + " of its weight.");
+    return;
+  }
+  const Eigen::Vector3d up = verdict.spec.up.normalized();
+  const double axial = up.dot(state.body.inertia_g_mm2 * up);
+  const Top top{state.body.mass_g, state.height_mm, axial / state.ratio_smaller, axial / state.ratio_larger, axial};
+  const double speed_rad_s = speed_to_look_at(state);
+  verdict.scatter_tilt_rad = off_balance_tilt_rad(top, verdict.scatter_mm, speed_rad_s);
+  verdict.meaning.push_back(off + "its axis leans by " + number(*verdict.scatter_tilt_rad * 180 / std::numbers::pi, 2) +
+                            " degrees at " + number(rpm(speed_rad_s), 0) +
+                            " rpm, and less the faster it spins. More plastic, the same everywhere, changes none of its speeds.");
 }
 
 /// Off its principal axis a body wobbles at any speed.
@@ -249,8 +264,7 @@ SpinVerdict verify(const Mesh& delivered, const Mesh* original, const SpinSpec& 
     criteria.push_back(at_most("simulated_tilt", "largest tilt in 100 turns after a kick of 0.001, simulated, rad",
                                simulated_tilt(state, verdict.spec), limits.simulated_tilt_rad));
   }
-  verdict.meaning.push_back(spins(state, verdict.spec, limits));
-  judge_scatter(verdict, surface.diagonal_mm, limits);
+  say(verdict, surface.diagonal_mm, limits);
   add_notes(verdict, surface, verdict.spec, verdict.notes);
   describe(verdict, limits);
   return verdict;

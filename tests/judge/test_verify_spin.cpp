@@ -147,7 +147,16 @@ TEST(VerifySpin, TellsWhatThePrintsScatterDoes) {
   block = flat();
   block.turn = 0.5;
   EXPECT_FALSE(block.judged().scatter_tilt_rad.has_value());
-  EXPECT_EQ(block.judged().meaning.size(), 1u);
+  ASSERT_EQ(block.judged().meaning.size(), 1u);
+  EXPECT_NE(block.judged().meaning[0].find("wobbles at any speed"), std::string::npos);
+  block = flat();
+  block.shift = {8, 0, 0};
+  ASSERT_EQ(block.judged().meaning.size(), 1u);
+  EXPECT_NE(block.judged().meaning[0].find("mm beside the axis"), std::string::npos);
+  block.shift = {0, 0, 3};
+  block.goal.yoyo = true;
+  put(block.goal, block.middle());
+  EXPECT_NE(block.judged().meaning[0].find("mm beside the centre"), std::string::npos) << block.judged().meaning[0];
 }
 
 TEST(VerifySpin, AMiddleAxisFailsWhicheverIsPreferred) {
