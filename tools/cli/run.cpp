@@ -236,6 +236,9 @@ void for_each_body(const Options& options, std::vector<ReadMesh> bodies, const P
     try {
       run_one(all[n], bodies[n], stages, own);
     } catch (const Error& error) {
+      if (error.code() == ErrorCode::interrupted && n > 0)
+        throw Error(ErrorCode::interrupted, "Interrupted at body " + std::to_string(n + 1) + " of " +
+                                                std::to_string(bodies.size()) + "; those before it are done.");
       if (error.code() == ErrorCode::interrupted || error.code() == ErrorCode::internal) throw;
       stages.finish();
       std::cout.flush();
