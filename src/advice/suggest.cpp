@@ -47,15 +47,15 @@ void set(Spec& spec, const std::string& name, const std::string& text) {
   const auto apply = [&](auto& goal) {
     Settings rows = settings(goal, Setting::For::making);
     for (Setting& row : settings(goal.print, Setting::For::making)) rows.push_back(std::move(row));
-    for (Setting& row : rows) {
-      const auto* optional = std::get_if<std::optional<double>*>(&row.place);
-      if (row.also == name && optional) (*optional)->reset();
-    }
     for (Setting& row : rows)
       if (row.name == name) parse(row, text);
   };
   std::visit(apply, spec);
   if (SpinSpec* spin = std::get_if<SpinSpec>(&spec); spin && name == "up") spin->max_tilt_rad = 0;
+  if (FloatSpec* floating = std::get_if<FloatSpec>(&spec); floating && name == "waterline") {
+    floating->submerged_fraction.reset();
+    floating->submerged_volume_fraction.reset();
+  }
 }
 
 class Adviser {
@@ -215,9 +215,10 @@ void Adviser::add_waterlines(const FloatSpec&) {
 
 std::optional<Change> Adviser::waterline(const Change& before) const {
   FloatSpec spec = std::get<FloatSpec>(spec_with(before));
-  const bool given = spec.waterline_mm || spec.submerged_fraction;
+  const bool given = spec.waterline_mm || spec.submerged_fraction || spec.submerged_volume_fraction;
   spec.waterline_mm.reset();
   spec.submerged_fraction.reset();
+  spec.submerged_volume_fraction.reset();
   // What a print's own scatter would sink is not worth a try.
   constexpr double least_reserve = 0.015;
   for (const double reserve : {spec.reserve, 0.03, least_reserve}) {

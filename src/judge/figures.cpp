@@ -33,6 +33,10 @@ std::string print_words(const Print& print) {
 void add_print(const Print& print, Figures& wanted) {
   wanted.push_back({.name = "density_g_cm3", .words = "", .unit = Unit::g_cm3, .value = print.density_g_cm3});
   wanted.push_back({.name = "wall_mm", .words = "", .unit = Unit::mm, .value = print.wall_mm});
+  Figure liquid{.name = "liquid_g_cm3", .words = "", .unit = Unit::g_cm3, .value = {}};
+  if (print.liquid_g_cm3 > 0) liquid.value = print.liquid_g_cm3;
+  wanted.push_back(liquid);
+  wanted.push_back({.name = "drained", .words = "", .value = print.drained});
 }
 
 std::string place_words(const Eigen::Vector3d& p) {

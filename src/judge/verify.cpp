@@ -23,9 +23,20 @@ using namespace verify_detail;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// How releases tilted in several directions end, into FloatState::settles and settled_tilt_rad.
-void settle_body(const PreparedHull& hull, const FloatSpec& spec, const Limits& limits, const Progress& progress,
-                 FloatState& state) {
+// A body in the fluid.
+struct Afloat {
+  const PreparedHull& hull;
+  double mass_g;
+  const Eigen::Vector3d& centre_of_mass_mm;
+};
+
+// How releases tilted in several directions end: see FloatState::settles.
+struct Settled {
+  FloatingRest::Outcome how = FloatingRest::Outcome::rests;
+  double tilt_rad = 0;
+};
+
+Settled settled(const Afloat& body, const FloatSpec& spec, const Limits& limits, const Progress& progress) {
   const Eigen::Vector3d up = spec.up.normalized();
   const Eigen::Vector3d side = up.unitOrthogonal();
   FloatingRestOptions options;
@@ -35,7 +46,7 @@ void settle_body(const PreparedHull& hull, const FloatSpec& spec, const Limits& 
     const double azimuth = 2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(rests.size());
     const Eigen::Vector3d towards = std::cos(azimuth) * side + std::sin(azimuth) * up.cross(side);
     const Eigen::Vector3d start = std::cos(limits.release_tilt_rad) * up + std::sin(limits.release_tilt_rad) * towards;
-    rests[k] = floating_rest(hull, state.body.mass_g, state.body.centre_of_mass_mm, start, options);
+    rests[k] = floating_rest(body.hull, body.mass_g, body.centre_of_mass_mm, start, options);
   };
   // One release per thread at a time, so that an interrupt is seen between them.
   const auto batch = static_cast<std::size_t>(std::max(1, tbb::this_task_arena::max_concurrency()));
@@ -43,12 +54,14 @@ void settle_body(const PreparedHull& hull, const FloatSpec& spec, const Limits& 
     progress.check();
     tbb::parallel_for(first, std::min(first + batch, rests.size()), release);
   }
+  Settled result;
   for (const FloatingRest& rest : rests) {
     if (rest.rests())
-      state.settled_tilt_rad = std::max(state.settled_tilt_rad, std::atan2(rest.up.cross(up).norm(), rest.up.dot(up)));
-    else if (state.settles != FloatingRest::Outcome::sinks)
-      state.settles = rest.outcome;
+      result.tilt_rad = std::max(result.tilt_rad, std::atan2(rest.up.cross(up).norm(), rest.up.dot(up)));
+    else if (result.how != FloatingRest::Outcome::sinks)
+      result.how = rest.outcome;
   }
+  return result;
 }
 
 // What is looked at.
@@ -61,9 +74,34 @@ struct Judged {
 // How it is looked at.
 struct Judging {
   const Limits& limits;
-  bool settle;
+  enum Depth { afloat, settles, with_more_plastic } depth;  // each with all that comes before
   const Progress& progress;
 };
+
+// The body with more plastic, the same everywhere.
+HeavierFloat with_more_plastic(double excess, const FloatState& state, const PreparedHull& hull, const FloatSpec& spec,
+                               const Judging& judging) {
+  const Eigen::Vector3d up = spec.up.normalized();
+  HeavierFloat heavier;
+  heavier.excess = excess;
+  const double mass_g = (1 + excess) * state.body.mass_g;
+  if (excess > state.buoyancy_reserve) {
+    heavier.settles = FloatingRest::Outcome::sinks;
+    return heavier;
+  }
+  heavier.waterline_mm = waterline_for_volume(hull, up, mass_g / (spec.fluid_g_cm3 * 1e-3)) - lowest_along(hull.mesh(), up);
+  // The body as it is has been released in all directions: three tell whether this one still rights itself.
+  Limits limits = judging.limits;
+  limits.release_directions = std::min(limits.release_directions, 3);
+  const Settled end = settled({hull, mass_g, state.body.centre_of_mass_mm}, spec, limits, judging.progress);
+  heavier.settles = end.how;
+  heavier.settled_tilt_rad = end.tilt_rad;
+  return heavier;
+}
+
+bool rests_upright(const FloatState& state, const Limits& limits) {
+  return state.settles == FloatingRest::Outcome::rests && state.settled_tilt_rad <= limits.settled_tilt_rad;
+}
 
 FloatState state_of(const Judged& judged, const FloatSpec& spec, const Judging& judging) {
   const auto& [body, outer, closed] = judged;
@@ -85,7 +123,17 @@ FloatState state_of(const Judged& judged, const FloatSpec& spec, const Judging& 
   const Eigen::Vector3d arm = state.body.centre_of_mass_mm - state.water.centre_of_buoyancy_mm;
   state.horizontal_offset_mm = (arm - up.dot(arm) * up).norm();
   state.metacentric_height_mm = state.water.metacentric_radius_mm() - up.dot(arm);
-  if (judging.settle) settle_body(prepared, spec, judging.limits, judging.progress, state);
+  state.buoyancy_reserve = largest_displacement_mm3(prepared, up) * spec.fluid_g_cm3 * 1e-3 / state.body.mass_g - 1;
+  if (judging.depth == Judging::afloat) return state;
+  const Settled end = settled({prepared, state.body.mass_g, state.body.centre_of_mass_mm}, spec, judging.limits, progress);
+  state.settles = end.how;
+  state.settled_tilt_rad = end.tilt_rad;
+  if (state.water.dry_interior_mm3 > 0 && state.buoyancy_reserve >= 0)
+    if (const auto heel = flooding_heel(prepared, state.body.mass_g / (spec.fluid_g_cm3 * 1e-3), up))
+      state.flooding_heel_rad = heel->angle_rad;
+  if (judging.depth != Judging::with_more_plastic || !rests_upright(state, judging.limits)) return state;
+  for (const double excess : judging.limits.too_heavy)
+    state.heavier.push_back(with_more_plastic(excess, state, prepared, spec, judging));
   return state;
 }
 
@@ -104,10 +152,18 @@ FloatSpec at_its_waterline(const Mesh& mesh, bool closed, FloatSpec spec, const 
                 "The surface is not closed, so that there is no waterline at which it displaces its own mass: name one "
                 "(--waterline), or repair the mesh.");
   const Mesh hull = boundary_of_union(outer_hull(standing), progress);
-  const double displaced_mm3 =
-      mesh_moments(boundary_of_union(standing, progress))[M1] * spec.print.density_g_cm3 / spec.fluid_g_cm3;
+  const double displaced_mm3 = spec.submerged_volume_fraction ? *spec.submerged_volume_fraction * mesh_moments(hull)[M1]
+                                                              : mesh_moments(boundary_of_union(standing, progress))[M1] *
+                                                                    spec.print.density_g_cm3 / spec.fluid_g_cm3;
+  spec.submerged_volume_fraction.reset();
   spec.waterline_mm = waterline_for_volume(hull, Eigen::Vector3d::UnitZ(), displaced_mm3);
   return spec;
+}
+
+const char* words_of(FloatingRest::Outcome outcome) {
+  return outcome == FloatingRest::Outcome::rests   ? "rests"
+         : outcome == FloatingRest::Outcome::sinks ? "sinks"
+                                                   : "does not come to rest";
 }
 
 Figures figures_of(const FloatState& state, const FloatSpec& spec) {
@@ -142,17 +198,91 @@ Figures figures_of(const FloatState& state, const FloatSpec& spec) {
   Figure freeboard{.name = "freeboard_mm", .words = dry ? "its rim above the water" : "", .unit = Unit::mm, .value = {}};
   if (state.water.freeboard_mm) freeboard.value = *state.water.freeboard_mm;
   add(freeboard);
-  const bool rests = state.settles == FloatingRest::Outcome::rests;
-  const bool sinks = state.settles == FloatingRest::Outcome::sinks;
-  add({.name = "settles", .words = "", .value = std::string(rests ? "rests" : sinks ? "sinks" : "does not come to rest")});
-  Figure settled{.name = "settled_tilt_rad",
-                 .words = "settles at a tilt of",
-                 .unit = Unit::rad,
-                 .value = {},
-                 .none = sinks ? "sinks" : "does not come to rest"};
-  if (rests) settled.value = state.settled_tilt_rad;
+  Figure flooding{.name = "flooding_heel_rad", .words = dry ? "takes water at a heel of" : "", .unit = Unit::rad, .value = {}};
+  if (state.flooding_heel_rad) flooding.value = *state.flooding_heel_rad;
+  add(flooding);
+  add({.name = "settles", .words = "", .value = std::string(words_of(state.settles))});
+  Figure settled{
+      .name = "settled_tilt_rad", .words = "settles at a tilt of", .unit = Unit::rad, .value = {}, .none = words_of(state.settles)};
+  if (state.settles == FloatingRest::Outcome::rests) settled.value = state.settled_tilt_rad;
   add(settled);
+  add({.name = "buoyancy_reserve", .words = "", .value = state.buoyancy_reserve});
   return figures;
+}
+
+std::string percent(double fraction) { return shown(100 * fraction, 2) + " %"; }
+
+std::string degrees(double rad) { return number(rad * 180 / std::numbers::pi, 2) + " degrees"; }
+
+// For JSON.
+std::vector<Record> records(const std::vector<HeavierFloat>& heavier) {
+  std::vector<Record> all;
+  for (const HeavierFloat& h : heavier) {
+    const bool rests = h.settles == FloatingRest::Outcome::rests;
+    all.push_back({{"excess", h.excess},
+                   {"waterline_mm", h.waterline_mm ? Scalar(*h.waterline_mm) : Scalar()},
+                   {"settles", std::string(words_of(h.settles))},
+                   {"settled_tilt_rad", rests ? Scalar(h.settled_tilt_rad) : Scalar()}});
+  }
+  return all;
+}
+
+// "it floats 0.13 mm deeper and rests 0.01 degrees off upright"
+std::string heavier_words(const HeavierFloat& heavier, const FloatVerdict& verdict, const Limits& limits) {
+  if (heavier.settles != FloatingRest::Outcome::rests) return std::string("it ") + words_of(heavier.settles);
+  const double waterline_mm = *heavier.waterline_mm;
+  const bool at_its_waterline = verdict.state.mass_error <= limits.mass_error;
+  return "it floats " +
+         (at_its_waterline ? number(waterline_mm - *verdict.spec.waterline_mm, 2) + " mm deeper"
+                           : number(waterline_mm, 2) + " mm deep") +
+         " and rests " + degrees(heavier.settled_tilt_rad) + " off upright";
+}
+
+// First of all, what it does.
+void say(FloatVerdict& verdict, const Limits& limits) {
+  const FloatState& state = verdict.state;
+  std::string& text = verdict.meaning.emplace_back();
+  if (state.settles != FloatingRest::Outcome::rests)
+    text = std::string("It ") + words_of(state.settles) + ".";
+  else if (!rests_upright(state, limits))
+    text = "It does not stay upright: it comes to rest " + degrees(state.settled_tilt_rad) + " off upright.";
+  else if (!(state.mass_error <= limits.mass_error))
+    text = "It floats upright, but not at this waterline: there it would have to weigh " + number(state.displaced_mass_g, 2) +
+           " g, and it weighs " + number(state.body.mass_g, 2) + " g.";
+  else
+    text = "It floats upright, " + number(*verdict.spec.waterline_mm, 2) + " mm deep, and rights itself when it is tilted by " +
+           number(limits.release_tilt_rad * 180 / std::numbers::pi, 0) + " degrees.";
+  if (state.flooding_heel_rad)
+    text += " Water comes in over its rim when it is tilted by " + degrees(*state.flooding_heel_rad) + ".";
+}
+
+// The criterion reserve, and what it means.
+void judge_reserve(FloatVerdict& verdict, const Limits& limits) {
+  const std::vector<HeavierFloat>& heavier = verdict.state.heavier;
+  if (heavier.empty()) return;
+  const HeavierFloat& often = heavier.front();
+  verdict.criteria.push_back(
+      at_most("reserve", "the same with " + percent(often.excess) + " more plastic everywhere, rad",
+              often.settles == FloatingRest::Outcome::rests ? often.settled_tilt_rad : std::numeric_limits<double>::quiet_NaN(),
+              limits.settled_tilt_rad));
+  std::string text;
+  for (const HeavierFloat& h : heavier) {
+    text += (text.empty() ? "With " + percent(h.excess) + " more plastic, the same everywhere (its centre of mass stays), "
+                          : "; with " + percent(h.excess) + " more ") +
+            heavier_words(h, verdict, limits);
+    if (h.settles == FloatingRest::Outcome::sinks) break;
+  }
+  verdict.meaning.push_back(text + ".");
+  const auto bad =
+      std::find_if(heavier.begin(), heavier.end(), [&](const HeavierFloat& h) { return !h.rests_within(limits.settled_tilt_rad); });
+  if (bad == heavier.end()) return;
+  verdict.notes.push_back(
+      "Prints come out 1 to 2 % too heavy: with " + percent(bad->excess) + " more plastic " + heavier_words(*bad, verdict, limits) +
+      (bad->settles == FloatingRest::Outcome::sinks
+           ? ", as it displaces at most " + percent(verdict.state.buoyancy_reserve) + " more than it weighs."
+           : ".") +
+      (bad == heavier.begin() ? " Leave more of it above the water: hollow it to a lower waterline (--waterline)."
+                              : " Weigh the print: " + number(verdict.state.body.mass_g, 1) + " g are wanted."));
 }
 
 void describe(FloatVerdict& verdict) {
@@ -160,6 +290,7 @@ void describe(FloatVerdict& verdict) {
   verdict.goal = FloatSpec::kGoal;
   verdict.body = verdict.state.body;
   verdict.figures = figures_of(verdict.state, spec);
+  verdict.figures.push_back({.name = "with_more_plastic", .words = "", .value = records(verdict.state.heavier)});
   verdict.headline = "waterline " + number(*spec.waterline_mm, 3) + " mm above the lowest point" +
                      (spec.waterline_searched ? " (found: the largest metacentric height)" : "") + ", fluid " +
                      shown(spec.fluid_g_cm3) + " g/cm3, " + print_words(spec.print);
@@ -180,7 +311,8 @@ FloatState float_state(const Mesh& mesh, const FloatSpec& spec, const Limits& li
   check(spec, Setting::For::judging);
   const Mesh merged = merged_mesh(mesh);
   const bool closed = unbalanced_edges(merged) == 0;
-  return state_of({merged, merged, closed}, at_its_waterline(merged, closed, spec, progress), {limits, settle, progress});
+  return state_of({merged, merged, closed}, at_its_waterline(merged, closed, spec, progress),
+                  {limits, settle ? Judging::settles : Judging::afloat, progress});
 }
 
 FloatVerdict verify(const Mesh& delivered, const Mesh* original, const FloatSpec& spec, const Limits& limits,
@@ -190,13 +322,16 @@ FloatVerdict verify(const Mesh& delivered, const Mesh* original, const FloatSpec
   const Surface surface = judge_surface(delivered, original, progress, verdict);
   const bool closed = Surface::closed(verdict);
   verdict.spec = at_its_waterline(surface.mesh, closed, spec, progress);
-  verdict.state = state_of({surface.mesh, surface.outer, closed}, verdict.spec, {limits, true, progress});
-  add_surface_criteria(surface, original != nullptr, spec.print.wall_mm, limits.wall_ratio, verdict);
+  verdict.state = state_of({surface.mesh, surface.outer, closed}, verdict.spec, {limits, Judging::with_more_plastic, progress});
+  add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
 
   const FloatState& state = verdict.state;
   const double diagonal = surface.diagonal_mm;
   if (state.body.mass_g > 0 && state.displaced_mass_g == 0)
     verdict.notes.push_back("At this waterline the body displaces nothing.");
+  if (verdict.trapped_resin_g > state.buoyancy_reserve * state.body.mass_g)
+    verdict.notes.push_back("With that resin inside it sinks.");
+  say(verdict, limits);
   auto& criteria = verdict.criteria;
   criteria.push_back(at_most("mass_error", "mass against displaced mass, relative", state.mass_error, limits.mass_error));
   criteria.push_back(at_most("offset", "horizontal offset of the centres, over the diagonal", state.horizontal_offset_mm / diagonal,
@@ -207,6 +342,7 @@ FloatVerdict verify(const Mesh& delivered, const Mesh* original, const FloatSpec
   const bool rests = state.settles == FloatingRest::Outcome::rests;
   criteria.push_back(at_most("settled_tilt", "largest tilt at rest after tilted releases, rad",
                              rests ? state.settled_tilt_rad : std::numeric_limits<double>::quiet_NaN(), limits.settled_tilt_rad));
+  judge_reserve(verdict, limits);
   describe(verdict);
   return verdict;
 }

@@ -19,6 +19,7 @@
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/mesh_check.h"
 #include "rayrep/mesh/surface_query.h"
+#include "rayrep/physics/hydrostatics.h"
 
 namespace rayrep::verify_detail {
 namespace {
@@ -254,7 +255,31 @@ Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progres
   return surface;
 }
 
-void add_surface_criteria(const Surface& surface, bool has_original, double wall_mm, double wall_ratio, Verdict& verdict) {
+std::string scatter_words(double scatter_mm) { return shown(scatter_mm, 2) + " mm"; }
+
+namespace {
+
+// What sealed cavities keep of the liquid it is printed from.
+void judge_trapped(const Surface& surface, const Print& print, const Progress& progress, Verdict& verdict) {
+  if (!(print.liquid_g_cm3 > 0) || print.drained || !Surface::closed(verdict)) return;
+  const double material_mm3 = mesh_moments(boundary_of_union(surface.mesh, progress))[M1];
+  const double sealed_mm3 = mesh_moments(boundary_of_union(outer_hull(surface.mesh), progress))[M1] - material_mm3;
+  if (sealed_mm3 > 1e-9 * material_mm3) verdict.trapped_resin_g = 1e-3 * print.liquid_g_cm3 * sealed_mm3;
+  verdict.criteria.push_back(at_most("trapped_resin", "uncured resin kept in sealed cavities, g", verdict.trapped_resin_g, 0));
+  if (verdict.trapped_resin_g == 0) return;
+  verdict.meaning.push_back("Printed from resin it keeps " + number(verdict.trapped_resin_g, 1) +
+                            " g of it uncured in its sealed cavities; what follows is of the mesh without that.");
+  const double mass_g = 1e-3 * print.density_g_cm3 * material_mm3;
+  verdict.notes.push_back("Sealed cavities keep " + number(verdict.trapped_resin_g, 1) +
+                          " g of uncured resin: the print then weighs " + number(mass_g + verdict.trapped_resin_g, 1) +
+                          " g instead of " + number(mass_g, 1) +
+                          " g. If you will drill a hole into each, drain it and close the hole, say --drained.");
+}
+
+}  // namespace
+
+void add_surface_criteria(const Surface& surface, const SurfaceTerms& terms, const Progress& progress, Verdict& verdict) {
+  const double wall_mm = terms.print.wall_mm;
   if (verdict.bad_edges > 0) verdict.notes.push_back("The surface is not closed: the other figures take it as it is.");
   if (surface.inside_out_edges > 0) verdict.notes.push_back("A part of the surface faces inward and lies inside nothing.");
   if (wall_mm > 0 && verdict.cavities > 0 && surface.is_float32 && !float32_holds_wall(surface.box, wall_mm))
@@ -265,13 +290,21 @@ void add_surface_criteria(const Surface& surface, bool has_original, double wall
   auto& criteria = verdict.criteria;
   criteria.push_back(at_most("closed", "edges that are open or face the wrong way",
                              static_cast<double>(verdict.bad_edges + surface.inside_out_edges), 0));
-  if (has_original)
+  if (terms.has_original)
     criteria.push_back(
         at_most("outer_unchanged", "change of the outer surface, mm", verdict.outer_deviation_mm, verdict.coordinate_rounding_mm));
   criteria.push_back(
       at_most("no_islands", "pieces of material loose inside a cavity", static_cast<double>(verdict.solid_islands), 0));
   if (wall_mm > 0 && verdict.cavities > 0)
-    criteria.push_back(at_least("wall", "thinnest wall, over the wall asked for", verdict.smallest_wall_mm / wall_mm, wall_ratio));
+    criteria.push_back(
+        at_least("wall", "thinnest wall, over the wall asked for", verdict.smallest_wall_mm / wall_mm, terms.wall_ratio));
+  judge_trapped(surface, terms.print, progress, verdict);
 }
 
 }  // namespace rayrep::verify_detail
+
+namespace rayrep {
+
+double print_scatter_mm(double diagonal_mm) { return std::max(0.1, 5e-4 * diagonal_mm); }
+
+}  // namespace rayrep

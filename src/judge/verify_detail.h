@@ -48,8 +48,18 @@ struct Surface {
 /// @throws Error{input}: see merged_mesh; Error{interrupted}
 Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progress& progress, Verdict& verdict);
 
-/// Adds the criteria closed, outer_unchanged (with an original), no_islands and wall (with a cavity and `wall_mm` > 0) and their
-/// notes.
-void add_surface_criteria(const Surface& surface, bool has_original, double wall_mm, double wall_ratio, Verdict& verdict);
+/// " off, as prints scatter" and the like begin with this: "0.1 mm".
+std::string scatter_words(double scatter_mm);
+
+/// What the surface alone is held to.
+struct SurfaceTerms {
+  bool has_original;
+  const Print& print;
+  double wall_ratio;
+};
+
+/// Adds the criteria closed, outer_unchanged (with an original), no_islands, wall (with a cavity and a wall asked for) and
+/// trapped_resin (see Verdict) and their notes.
+void add_surface_criteria(const Surface& surface, const SurfaceTerms& terms, const Progress& progress, Verdict& verdict);
 
 }  // namespace rayrep::verify_detail

@@ -1,5 +1,6 @@
 #include <Eigen/Geometry>
 #include <cmath>
+#include <numbers>
 
 #include "base/text.h"
 #include "judge/figures.h"
@@ -63,17 +64,22 @@ void add_notes(const SpinVerdict& verdict, const Surface& surface, const SpinSpe
   }
 }
 
-/// The largest tilt of the body as it is, off-centre and all, spun in the last of its ranges of stable speed and kicked a little.
+/// A speed in the last of its ranges of stable speed. @param state  with such a range
+double speed_to_look_at(const SpinState& state) {
+  constexpr double beyond_the_end = 1.2;
+  const SpeedRange& range = state.sliding.back();
+  return std::isfinite(range.hi_rad_s) ? 0.5 * (range.lo_rad_s + range.hi_rad_s)
+         : range.lo_rad_s > 0          ? beyond_the_end * range.lo_rad_s
+                                       : 10;  // a free body: the speed only sets the unit of time
+}
+
+/// The largest tilt of the body as it is, off-centre and all, spun at that speed and kicked a little.
 double simulated_tilt(const SpinState& state, const SpinSpec& spec) {
   const Eigen::Vector3d contact_mm = place_of(spec);
   constexpr double kick_rad = 1e-3;
-  constexpr double beyond_the_end = 1.2;
-  const SpeedRange& range = state.sliding.back();
   physics::Spin spin;
   spin.axis = spec.up.normalized();
-  spin.speed_rad_s = std::isfinite(range.hi_rad_s) ? 0.5 * (range.lo_rad_s + range.hi_rad_s)
-                     : range.lo_rad_s > 0          ? beyond_the_end * range.lo_rad_s
-                                                   : 10;  // a free body: the speed only sets the unit of time
+  spin.speed_rad_s = speed_to_look_at(state);
   spin.kick = kick_rad;
   const physics::Body body{state.body.mass_g, state.body.inertia_g_mm2, contact_mm - state.body.centre_of_mass_mm};
   return simulate(body, spec.yoyo ? physics::Support::none : physics::Support::sliding, spin).largest_tilt_rad;
@@ -99,6 +105,62 @@ std::string speeds(const std::vector<SpeedRange>& all) {
       text += number(rpm(range.lo_rad_s), 0) + " to " + number(rpm(range.hi_rad_s), 0);
   }
   return text.empty() ? "none" : text;
+}
+
+/// What keeps it from being balanced about its axis; empty if it is.
+std::string imbalance(const SpinVerdict& verdict, double diagonal_mm, const Limits& limits) {
+  const SpinState& state = verdict.state;
+  const double allowed_mm = limits.offset_over_diagonal * diagonal_mm;
+  if (!(state.offset_mm <= allowed_mm)) return "its centre of mass lies " + number(state.offset_mm, 2) + " mm beside the axis";
+  if (verdict.spec.yoyo && !((state.body.centre_of_mass_mm - place_of(verdict.spec)).norm() <= allowed_mm))
+    return "its centre of mass lies " + number(std::abs(state.height_mm), 2) + " mm beside the centre, along the axis";
+  if (!(state.axis_angle_rad <= limits.axis_angle_rad))
+    return "its nearest principal axis is " + number(state.axis_angle_rad * 180 / std::numbers::pi, 2) +
+           " degrees off, so that it wobbles at any speed";
+  return "";
+}
+
+/// What it does, in one sentence.
+std::string spins(const SpinVerdict& verdict, const std::string& imbalance) {
+  const SpinState& state = verdict.state;
+  const SpinSpec& spec = verdict.spec;
+  const std::string fails = std::string("It does not spin as a ") + (spec.yoyo ? "yo-yo" : "top") + ": ";
+  if (!imbalance.empty()) return fails + imbalance + ".";
+  if (state.sliding.empty()) return fails + "at no speed is the spin about this axis stable.";
+  if (spec.yoyo) return "It spins as a yo-yo without wobbling, at " + speeds(state.sliding) + ".";
+  const auto fast = [](const std::vector<SpeedRange>& ranges) { return !ranges.empty() && std::isinf(ranges.back().hi_rad_s); };
+  if (!fast(state.sliding) || !fast(state.fixed))
+    return "It spins as a top, upright, at these speeds in rpm: " + speeds(state.sliding) + ".";
+  const double sliding = rpm(state.sliding.back().lo_rad_s);
+  const double fixed = rpm(state.fixed.back().lo_rad_s);
+  return "It spins as a top, upright, when it is spun faster than " + number(std::ceil(std::max(sliding, fixed)), 0) +
+         " rpm on any ground (" + number(std::ceil(sliding), 0) + " rpm where its tip slides freely).";
+}
+
+/// What it does, and what the print's scatter does to a body that can spin.
+void say(SpinVerdict& verdict, double diagonal_mm, const Limits& limits) {
+  const SpinState& state = verdict.state;
+  verdict.scatter_mm = print_scatter_mm(diagonal_mm);
+  const std::string off_balance = imbalance(verdict, diagonal_mm, limits);
+  verdict.meaning.push_back(spins(verdict, off_balance));
+  if (state.sliding.empty() || !off_balance.empty()) return;
+  const std::string off = "With its centre of mass " + scatter_words(verdict.scatter_mm) + " off the axis, as prints scatter, ";
+  if (verdict.spec.yoyo) {
+    constexpr double turns_rpm = 1000;
+    constexpr double gravity_mm_s2 = 9806.65;
+    const double speed_rad_s = turns_rpm / rpm(1);
+    verdict.meaning.push_back(off + "it shakes: at " + shown(turns_rpm) + " rpm with " +
+                              number(verdict.scatter_mm * speed_rad_s * speed_rad_s / gravity_mm_s2, 2) + " of its weight.");
+    return;
+  }
+  const Eigen::Vector3d up = verdict.spec.up.normalized();
+  const double axial = up.dot(state.body.inertia_g_mm2 * up);
+  const Top top{state.body.mass_g, state.height_mm, axial / state.ratio_smaller, axial / state.ratio_larger, axial};
+  const double speed_rad_s = speed_to_look_at(state);
+  verdict.scatter_tilt_rad = off_balance_tilt_rad(top, verdict.scatter_mm, speed_rad_s);
+  verdict.meaning.push_back(off + "its axis leans by " + number(*verdict.scatter_tilt_rad * 180 / std::numbers::pi, 2) +
+                            " degrees at " + number(rpm(speed_rad_s), 0) +
+                            " rpm, and less the faster it spins. More plastic, the same everywhere, changes none of its speeds.");
 }
 
 /// Off its principal axis a body wobbles at any speed.
@@ -144,6 +206,10 @@ void describe(SpinVerdict& verdict, const Limits& limits) {
   verdict.goal = spec.yoyo ? "yo-yo" : SpinSpec::kGoal;
   verdict.body = verdict.state.body;
   verdict.figures = figures_of(verdict.state, spec, limits);
+  verdict.figures.push_back({.name = "scatter_mm", .words = "", .unit = Unit::mm, .value = verdict.scatter_mm});
+  Figure lean{.name = "scatter_tilt_rad", .words = "", .unit = Unit::rad, .value = {}};
+  if (verdict.scatter_tilt_rad) lean.value = *verdict.scatter_tilt_rad;
+  verdict.figures.push_back(lean);
   const Eigen::Vector3d& up = spec.up;
   if (spec.max_tilt_rad > 0)
     verdict.headline = "axis along (" + number(up.x(), 5) + ", " + number(up.y(), 5) + ", " + number(up.z(), 5) + "), ";
@@ -171,7 +237,7 @@ SpinVerdict verify(const Mesh& delivered, const Mesh* original, const SpinSpec& 
   verdict.spec = at_its_place(surface.mesh, original, spec, progress);
   const Eigen::Vector3d contact_mm = place_of(verdict.spec);
   verdict.state = state_of(surface.mesh, Surface::closed(verdict), verdict.spec, contact_mm, progress);
-  add_surface_criteria(surface, original != nullptr, spec.print.wall_mm, limits.wall_ratio, verdict);
+  add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
 
   const SpinState& state = verdict.state;
   auto& criteria = verdict.criteria;
@@ -198,6 +264,7 @@ SpinVerdict verify(const Mesh& delivered, const Mesh* original, const SpinSpec& 
     criteria.push_back(at_most("simulated_tilt", "largest tilt in 100 turns after a kick of 0.001, simulated, rad",
                                simulated_tilt(state, verdict.spec), limits.simulated_tilt_rad));
   }
+  say(verdict, surface.diagonal_mm, limits);
   add_notes(verdict, surface, verdict.spec, verdict.notes);
   describe(verdict, limits);
   return verdict;

@@ -1,6 +1,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "base/text.h"
@@ -54,12 +55,38 @@ Figures figures_of(const StandState& state, const StandSpec& spec) {
   return figures;
 }
 
+std::string degrees(double rad) { return number(rad * 180 / std::numbers::pi, 1) + " degrees"; }
+
+/// What it does, and what the print's scatter changes. More plastic, the same everywhere, changes nothing but its mass.
+void say(StandVerdict& verdict, double diagonal_mm) {
+  const StandState& state = verdict.state;
+  verdict.scatter_mm = print_scatter_mm(diagonal_mm);
+  const std::vector<double> distances = state.polygon.edge_distances_mm(state.centre_mm);
+  verdict.scattered_tipping_angle_rad =
+      std::atan2(*std::min_element(distances.begin(), distances.end()) - verdict.scatter_mm, state.height_mm);
+  if (state.polygon.corners_mm.size() < 3 || !(state.smallest_tipping_angle_rad > 0)) {
+    verdict.meaning.push_back("It does not stand: it falls over.");
+    return;
+  }
+  verdict.meaning.push_back("It stands, and tips over where the ground slopes by more than " +
+                            degrees(state.smallest_tipping_angle_rad) + " towards the nearest edge of its foot.");
+  const std::string off =
+      "With its centre of mass " + scatter_words(verdict.scatter_mm) + " nearer to the edge, as prints scatter, ";
+  if (verdict.scattered_tipping_angle_rad > 0)
+    verdict.meaning.push_back(off + "it tips over at " + degrees(verdict.scattered_tipping_angle_rad) + ".");
+  else
+    verdict.notes.push_back(off + "it tips over by itself: it stands on the computer only.");
+}
+
 void describe(StandVerdict& verdict) {
   const StandSpec& spec = verdict.spec;
   const SupportPolygon& polygon = verdict.state.polygon;
   verdict.goal = StandSpec::kGoal;
   verdict.body = verdict.state.body;
   verdict.figures = figures_of(verdict.state, spec);
+  verdict.figures.push_back({.name = "scatter_mm", .words = "", .unit = Unit::mm, .value = verdict.scatter_mm});
+  verdict.figures.push_back(
+      {.name = "scattered_tipping_angle_rad", .words = "", .unit = Unit::rad, .value = verdict.scattered_tipping_angle_rad});
   if (spec.target_mm) verdict.headline = "target " + place_words(*spec.target_mm) + ", ";
   verdict.headline += "support of " + std::to_string(polygon.corners_mm.size()) + " corners and " + number(polygon.area_mm2, 1) +
                       " mm2, " + print_words(spec.print);
@@ -83,7 +110,7 @@ StandVerdict verify(const Mesh& delivered, const Mesh* original, const StandSpec
   verdict.spec = spec;
   const Surface surface = judge_surface(delivered, original, progress, verdict);
   verdict.state = state_of(surface.mesh, Surface::closed(verdict), spec, progress);
-  add_surface_criteria(surface, original != nullptr, spec.print.wall_mm, limits.wall_ratio, verdict);
+  add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
 
   const StandState& state = verdict.state;
   const std::size_t corners = state.polygon.corners_mm.size();
@@ -96,6 +123,7 @@ StandVerdict verify(const Mesh& delivered, const Mesh* original, const StandSpec
   if (corners < 3)
     verdict.notes.push_back(std::string("The body touches the ground only in ") + (corners == 1 ? "a point" : "an edge") +
                             ": it cannot stand there, wherever its centre of mass lies.");
+  say(verdict, surface.diagonal_mm);
   describe(verdict);
   return verdict;
 }

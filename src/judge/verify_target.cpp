@@ -75,9 +75,18 @@ TargetVerdict verify(const Mesh& delivered, const Mesh* original, const TargetSp
   verdict.spec = spec;
   const Surface surface = judge_surface(delivered, original, progress, verdict);
   verdict.state = state_of(surface.mesh, Surface::closed(verdict), surface.diagonal_mm, spec, progress);
-  add_surface_criteria(surface, original != nullptr, spec.print.wall_mm, limits.wall_ratio, verdict);
+  add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
   for (const InertialDeviation& d : verdict.state.deviations)
     verdict.criteria.push_back(at_most(inertial_name(d.number), description(d.number), d.relative, limits.relative));
+  std::string missed;
+  for (const InertialDeviation& d : verdict.state.deviations)
+    if (!(d.relative <= limits.relative)) missed += (missed.empty() ? "" : ", ") + std::string(inertial_name(d.number));
+  verdict.meaning.push_back(missed.empty() ? "It has the numbers wanted, to within " + shown(100 * limits.relative) + " %."
+                                           : "It does not have the numbers wanted: " + missed + " are off.");
+  verdict.meaning.push_back(
+      "With more plastic than the mesh holds, the same everywhere, mass and moments of inertia grow by as many percent (1 %: " +
+      number(1.01 * verdict.state.body.mass_g, 2) + " g, 3 %: " + number(1.03 * verdict.state.body.mass_g, 2) +
+      " g) and the centre of mass stays: weigh the print.");
   describe(verdict);
   return verdict;
 }

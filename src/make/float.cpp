@@ -30,7 +30,11 @@ std::optional<double> searched_waterline(const FloatProblem& problem, const Body
 /// Fills in the waterline of `spec`, given or searched. @throws Error{usage}, Error{goal}
 void find_waterline(const FloatProblem& problem, const Body& body, FloatSpec& spec, const Progress& progress) {
   if (spec.submerged_fraction) spec.waterline_mm = *spec.submerged_fraction * body.height_mm;
+  if (spec.submerged_volume_fraction)
+    spec.waterline_mm =
+        waterline_for_volume(body.hull, Eigen::Vector3d::UnitZ(), *spec.submerged_volume_fraction * mesh_moments(body.hull)[M1]);
   spec.submerged_fraction.reset();
+  spec.submerged_volume_fraction.reset();
   if (!spec.waterline_mm) {
     spec.waterline_mm = searched_waterline(problem, body, spec.reserve, progress);
     if (!spec.waterline_mm) throw Error(ErrorCode::goal, why_no_waterline(problem, spec.reserve, progress));

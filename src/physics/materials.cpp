@@ -17,7 +17,7 @@ const std::vector<Material>& materials() {
       {"petg", 1.27, "PrusaSlicer 2.5 filament profiles"},
       {"pla", 1.24, "PrusaSlicer 2.5 filament profiles"},
       {"pp", 0.90, "middle of 0.89-0.91, Cura fdm-materials"},
-      {"resin", 1.14, "middle of 1.10-1.18, common photopolymers (general knowledge)"},
+      {"resin", 1.14, "middle of 1.10-1.18, common photopolymers (general knowledge)", 1.09},
       {"tpu", 1.22, "PrusaSlicer profiles and Cura fdm-materials"},
   };
   return table;

@@ -157,6 +157,32 @@ TextPlace fluid_place(double& fluid_g_cm3) {
           [&fluid_g_cm3] { return shown(fluid_g_cm3); }};
 }
 
+/// "0.7", "70%": of the height; "0.7volume", "70%volume": of the volume.
+TextPlace submerged_place(FloatSpec& spec) {
+  return {[&spec](const std::string& text) {
+            std::string number = text;
+            const auto take = [&number](const std::string& ending) {
+              if (!number.ends_with(ending)) return false;
+              number.resize(number.size() - ending.size());
+              return true;
+            };
+            const bool of_volume = take("volume");
+            if (!of_volume) take("height");
+            const bool percent = take("%");
+            const double fraction = parse_number("submerged", number) / (percent ? 100 : 1);
+            if (!(fraction > 0 && fraction < 1)) {
+              const bool meant = fraction >= 1 && fraction <= 100 && !percent;
+              usage_error("--submerged must lie between 0 and 1, or 0% and 100%; it is " + text + "." +
+                          (meant ? " Did you mean " + number + "%?" : ""));
+            }
+            (of_volume ? spec.submerged_volume_fraction : spec.submerged_fraction) = fraction;
+          },
+          [&spec] {
+            if (spec.submerged_volume_fraction) return shown(*spec.submerged_volume_fraction) + "volume";
+            return spec.submerged_fraction ? shown(*spec.submerged_fraction) : std::string("auto");
+          }};
+}
+
 /// Nothing that is printed or floated in is heavier than 25 g/cm3: then kg/m3 was meant.
 void check_density(const char* name, double density_g_cm3) {
   if (!Range::positive().contains(density_g_cm3))
@@ -215,22 +241,38 @@ void check_inertia(const InertialTargets& targets) {
 }  // namespace
 
 Settings settings(Print& print, For purpose) {
-  const TextPlace by_name = {[&print](const std::string& name) { print.density_g_cm3 = material(name).density_g_cm3; },
-                             [&print] { return shown(print.density_g_cm3); }};
+  // A density says nothing of the material, but of a liquid one it may be the bottle's own.
+  const TextPlace by_name = {[&print](const std::string& name) {
+                               print.density_g_cm3 = material(name).density_g_cm3;
+                               print.liquid_g_cm3 = material(name).liquid_g_cm3;
+                             },
+                             [&print] {
+                               for (const Material& m : materials())
+                                 if (m.liquid_g_cm3 > 0 && m.liquid_g_cm3 == print.liquid_g_cm3) return m.name;
+                               return std::string("none");
+                             }};
   return {
+      {.name = "material",
+       .value = "NAME",
+       .words = "one of: " + material_names(),
+       .details =
+           "Sets the density to a typical one; the data sheet of the spool or bottle is better (--density, which goes before). "
+           "Sources: docs/conventions.md. With resin, what a sealed cavity keeps uncured is weighed, and the mesh fails "
+           "(trapped_resin) unless --drained is said.",
+       .place = by_name},
       {.name = "density",
        .value = "G_CM3",
        .words = "density of the print (default 1.24, PLA)",
        .details = "",
        .place = &print.density_g_cm3,
-       .range = Range::positive(),
-       .also = "material"},
-      {.name = "material",
-       .value = "NAME",
-       .words = "or of: " + material_names(),
-       .details = "The data sheet of the spool or bottle is better. Sources: docs/conventions.md.",
-       .place = by_name,
-       .also = "density"},
+       .range = Range::positive()},
+      {.name = "drained",
+       .value = "",
+       .words = "resin: you will drain the cavities, and close them again",
+       .details =
+           "Says that no uncured resin stays in a sealed cavity: you drill a hole into each, let it run out, and close the hole "
+           "with cured resin. What hole and plug change of the mass is not accounted for.",
+       .place = &print.drained},
       {.name = "wall",
        .value = "MM",
        .words = "smallest wall thickness",
@@ -262,10 +304,10 @@ Settings settings(FloatSpec& spec, For purpose) {
         .also = "submerged"},
        {.name = "submerged",
         .value = "FRACTION",
-        .words = "or the fraction of the height under water, 0 to 1",
-        .details = "",
-        .place = &spec.submerged_fraction,
-        .range = {.lo = 0, .hi = 1},
+        .words = "or how much is under water: 70% of the height, 70%volume",
+        .details = "0.7 or 70%: the waterline lies at that fraction of the height. 0.7volume or 70%volume: the body displaces that "
+                   "fraction of the volume that its outside encloses, sealed cavities included.",
+        .place = submerged_place(spec),
         .also = "waterline"},
        {.name = "reserve",
         .value = "FRACTION",
@@ -284,7 +326,7 @@ Settings settings(SpinSpec& spec, For purpose) {
       {up_row(spec.up),
        {.name = "point",
         .value = "P",
-        .words = "contact: lowest, com (of the solid), auto, X,Y (below there), X,Y,Z",
+        .words = "contact: lowest, com (of the solid), auto, X,Y (below), X,Y,Z",
         .details =
             "Where the tip touches the ground. lowest: the lowest point, the middle of all points at that height. com: below the "
             "solid's centre of mass, where the vertical through it leaves the mesh. auto: searched, the one about which it "
@@ -429,7 +471,11 @@ Settings settings(TargetSpec& spec, For purpose) {
 void check(const FloatSpec& spec, For purpose) {
   check_rows(spec, purpose);
   check_density("fluid", spec.fluid_g_cm3);
-  if (spec.waterline_mm && spec.submerged_fraction) usage_error("Give either --waterline or --submerged, not both.");
+  if (spec.waterline_mm.has_value() + spec.submerged_fraction.has_value() + spec.submerged_volume_fraction.has_value() > 1)
+    usage_error("Give either --waterline or --submerged, not both.");
+  for (const std::optional<double>& fraction : {spec.submerged_fraction, spec.submerged_volume_fraction})
+    if (fraction && !(*fraction > 0 && *fraction < 1))
+      usage_error("--submerged must lie between 0 and 1; it is " + shown(*fraction) + ".");
 }
 
 void check(const SpinSpec& spec, For purpose) {

@@ -107,6 +107,14 @@ std::vector<SpeedRange> stable_speeds(const Top& top, Tip tip, double gravity_mm
   return ranges;
 }
 
+double off_balance_tilt_rad(const Top& top, double offset_mm, double speed_rad_s, double gravity_mm_s2) {
+  const double weight = top.mass_g * gravity_mm_s2;
+  const double w2 = speed_rad_s * speed_rad_s;
+  const double a = std::abs((top.axial_g_mm2 - top.lateral_2_g_mm2) * w2 - weight * top.height_mm);
+  const double b = std::abs((top.axial_g_mm2 - top.lateral_1_g_mm2) * w2 - weight * top.height_mm);
+  return weight * offset_mm / std::min(a, b);
+}
+
 SpinState spin_state(const MassProperties& body, const Eigen::Vector3d& contact_mm, const Eigen::Vector3d& axis, bool yoyo) {
   if (!(std::abs(axis.norm() - 1) < 1e-6))
     throw Error(ErrorCode::usage, concat("The spin axis must be a unit vector; its length is ", axis.norm(), "."));

@@ -84,6 +84,10 @@ Json input_json(const InputSummary& input) {
   for (const std::string& note : input.notes) notes.push_back(note);
   for (const std::string& note : check.notes) notes.push_back(note);
   json["notes"] = notes;
+  if (input.body > 0) {
+    json["body"] = input.body;
+    json["bodies"] = input.bodies;
+  }
   return json;
 }
 
@@ -165,11 +169,13 @@ std::string to_json(const RunReport& report) {
   add(verdict.figures, json["after"]);
   json["after"]["cavities"] = verdict.cavities;
   json["after"]["solid_islands"] = verdict.solid_islands;
+  json["after"]["trapped_resin_g"] = verdict.trapped_resin_g;
   json["after"]["smallest_wall_mm"] = number(verdict.smallest_wall_mm);
   json["inertial"] = is_physical(verdict.body.inertia_g_mm2)
                          ? Json{{"urdf", urdf_inertial(verdict.body)}, {"mjcf", mjcf_inertial(verdict.body)}}
                          : Json(nullptr);
   json["criteria"] = criteria_json(verdict);
+  json["meaning"] = verdict.meaning;
   json["notes"] = verdict.notes;
   if (report.hollow) add_solver(report, json);
   json["timings_s"] = Json::object();

@@ -1,6 +1,7 @@
 #include <fmt/printf.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <numbers>
 
@@ -17,18 +18,45 @@ std::string format(const char* pattern, const Arguments&... arguments) {
 
 double degrees(double rad) { return rad * 180 / std::numbers::pi; }
 
+bool is_angle(const Criterion& c) { return c.description.ends_with(", rad"); }
+
+std::string words_of(const Criterion& c) {
+  return is_angle(c) ? c.description.substr(0, c.description.size() - 3) + "degrees" : c.description;
+}
+
+/// Broken before the width of a terminal.
+std::string wrapped(const std::string& text) {
+  constexpr std::size_t width = 110;
+  std::string out;
+  std::size_t at = 0;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find(' ', begin), text.size());
+    if (at > 0 && at + 1 + (end - begin) > width) {
+      out += "\n";
+      at = 0;
+    }
+    if (at > 0) out += " ";
+    out += text.substr(begin, end - begin);
+    at += (at > 0) + (end - begin);
+    begin = end + 1;
+  }
+  return out + "\n";
+}
+
 /// A value for people: few digits, and words for what has no number.
 std::string value_text(const Criterion& c, double value) {
   if (!std::isfinite(value)) return "-";
-  if (c.name == "settled_tilt") return format("%.3f deg", degrees(value));
+  if (is_angle(c)) return format("%.4f", degrees(value));
+  if (c.name == "trapped_resin") return format("%.2f", value);
   if (c.name == "wall" || c.name == "metacentric_height") return format("%.3f", value);
   if (value == std::round(value) && std::abs(value) < 1e6) return format("%.0f", value);
   return format("%.2e", value);
 }
 
 std::string input_text(const InputSummary& input) {
+  const std::string name = input.body > 0 ? format("%s, body %zu of %zu", input.path, input.body, input.bodies) : input.path;
   std::string text =
-      format("%s: %s, %.4g x %.4g x %.4g mm, %zu triangles, %zu component%s\n", input.path, input.format, input.size_mm.x(),
+      format("%s: %s, %.4g x %.4g x %.4g mm, %zu triangles, %zu component%s\n", name, input.format, input.size_mm.x(),
              input.size_mm.y(), input.size_mm.z(), input.triangles, input.check.components, input.check.components == 1 ? "" : "s");
   for (const std::string& note : input.notes) text += "  note: " + note + "\n";
   for (const std::string& note : input.check.notes) text += "  note: " + note + "\n";
@@ -100,7 +128,8 @@ private:
 
 std::string figures_text(const Figures* before, const Figures& after) {
   Table table(before != nullptr);
-  for (std::size_t n = 0; n < after.size(); ++n) table.add(before ? &(*before)[n] : nullptr, after[n]);
+  for (std::size_t n = 0; n < after.size(); ++n)  // what a verdict alone finds comes last
+    table.add(before && n < before->size() ? &(*before)[n] : nullptr, after[n]);
   return table.text();
 }
 
@@ -108,41 +137,89 @@ std::string figures_text(const Figures* before, const Figures& after) {
 std::string criteria_text(const Verdict& verdict) {
   std::string text;
   for (const Criterion& c : verdict.criteria)
-    text += format("  %-6s %-58s %12s  (%s %s)\n", c.pass() ? "ok" : "FAILED", c.description, value_text(c, c.value),
+    text += format("  %-6s %-58s %12s  (%s %s)\n", c.pass() ? "ok" : "FAILED", words_of(c), value_text(c, c.value),
                    c.kind == Criterion::Kind::at_most ? "at most" : "at least", value_text(c, c.limit));
   for (const std::string& note : verdict.notes) text += "  note: " + note + "\n";
   return text;
 }
 
-/// How the inside came about.
-std::string solver_text(const HollowResult& hollow) {
+/// What came of the making beside the figures.
+std::string making_text(const HollowResult& hollow) {
   std::string text;
   if (hollow.cast.bad > 0)
     text += format("  note: %zu of %zu rays did not close and were left solid\n", hollow.cast.bad, hollow.cast.rays);
   if (hollow.filled_cavities > 0)
     text += format("  note: cavities too small to print, %zu with %.2g mm3 in all, were filled; the rest makes up for it\n",
                    hollow.filled_cavities, hollow.filled_mm3);
-  text += format("\n%zu cavit%s; %s: %s, %ld variables, %d iterations in %d pass%s\n", hollow.cavities,
-                 hollow.cavities == 1 ? "y" : "ies", hollow.solve.solver, hollow.solve.solver_status, hollow.solve.variables,
-                 hollow.solver_iterations, hollow.passes, hollow.passes == 1 ? "" : "es");
   return text;
+}
+
+/// How the inside was found.
+std::string solver_text(const HollowResult& hollow) {
+  return format("\n%zu cavit%s; %s: %s, %ld variables, %d iterations in %d pass%s\n", hollow.cavities,
+                hollow.cavities == 1 ? "y" : "ies", hollow.solve.solver, hollow.solve.solver_status, hollow.solve.variables,
+                hollow.solver_iterations, hollow.passes, hollow.passes == 1 ? "" : "es");
+}
+
+/// What is proven. Of a duality gap only that it is closed, unless more is asked for.
+std::string proof_text(const HollowResult& hollow, bool verbose) {
+  constexpr double closed = 1e-6;
+  const bool gap_alone = hollow.duality_gap && !hollow.extreme && hollow.proof.size() == 1;
+  std::string text;
+  if (gap_alone && !verbose && std::abs(*hollow.duality_gap) <= closed) {
+    text += "No other inside brings its centre of mass lower (proven on the rays that were cast).\n";
+  } else {
+    for (const std::string& sentence : hollow.proof) text += sentence + "\n";
+  }
+  return text;
+}
+
+bool ends_in_3mf(const std::string& path) {
+  std::string ending = path.substr(std::min(path.size(), path.rfind('.')));
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  return ending == ".3mf";
 }
 
 }  // namespace
 
 std::string to_text(const RunReport& report, bool verbose) {
   const Verdict& verdict = report.after;
-  std::string text = input_text(report.input) + verdict.headline + "\n\n";
+  std::string text = input_text(report.input) + "\n";
+  for (const std::string& sentence : verdict.meaning) text += wrapped(sentence);
+  text += "\n" + verdict.headline + "\n\n";
   text += figures_text(report.hollow ? &report.before : nullptr, verdict.figures) + criteria_text(verdict);
-  if (report.hollow) text += solver_text(*report.hollow);
+  if (report.hollow) text += making_text(*report.hollow);
   if (verbose) {
-    text += "\n";
+    if (report.hollow) text += solver_text(*report.hollow);
     for (const auto& [stage, seconds] : report.timings_s) text += format("  %-10s %8.3f s\n", stage, seconds);
     text += format("  %-10s %8.1f MB\n", "memory", report.peak_memory_mb);
   }
-  if (report.hollow)
-    for (const std::string& sentence : report.hollow->proof) text += sentence + "\n";
+  if (report.hollow && !report.hollow->proof.empty()) text += "\n" + proof_text(*report.hollow, verbose);
   return text;
+}
+
+std::string printing_text(const RunReport& report) {
+  if (!report.hollow) return {};
+  const HollowResult& hollow = *report.hollow;
+  const Print& print = print_of(hollow.spec);
+  std::string text = "To print: ";
+  if (print.liquid_g_cm3 > 0) {
+    text += "solid, not hollowed again by the slicer";
+    if (hollow.cavities > 0)
+      text += format("; drill a hole into %s, let the resin run out, and close it with cured resin",
+                     hollow.cavities == 1 ? std::string("the cavity") : format("each of the %zu cavities", hollow.cavities));
+  } else if (hollow.cavities == 0) {
+    text += "at 100 % infill";
+  } else if (ends_in_3mf(report.output)) {
+    text +=
+        "the file asks PrusaSlicer, Bambu Studio and OrcaSlicer for 100 % infill and for supports on the build plate only; set "
+        "both yourself in another slicer";
+  } else {
+    text +=
+        "at 100 % infill, with supports on the build plate only (automatic supports fill the cavity). A 3MF output (-o NAME.3mf) "
+        "carries both";
+  }
+  return wrapped(text + format(". The print should weigh %.1f g.", report.after.body.mass_g));
 }
 
 std::string to_text(const Inspection& inspection) {

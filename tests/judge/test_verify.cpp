@@ -158,7 +158,60 @@ TEST(VerifyFloat, TheBoatPasses) {
   Names names;
   for (const Criterion& c : verdict.criteria) names.push_back(c.name);
   EXPECT_EQ(names, Names({"closed", "outer_unchanged", "no_islands", "wall", "mass_error", "offset", "metacentric_height",
-                          "settled_tilt"}));
+                          "settled_tilt", "reserve"}));
+}
+
+const Figure& figure(const Verdict& verdict, const std::string& name) {
+  const auto found = std::find_if(verdict.figures.begin(), verdict.figures.end(), [&](const Figure& f) { return f.name == name; });
+  if (found == verdict.figures.end()) throw std::out_of_range(name);
+  return *found;
+}
+
+// With more plastic everywhere a box goes down by the plastic over its waterplane, and rests as upright as before.
+TEST(VerifyFloat, MorePlasticIsDeeperByItsOwnDisplacement) {
+  const Boat boat;
+  const FloatVerdict verdict = verify(boat.mesh(), nullptr, boat.goal);
+  const FloatState& state = verdict.state;
+  EXPECT_NEAR(state.buoyancy_reserve, 60 * 40 * 30e-3 / Boat::mass_g() - 1, 1e-12);
+  ASSERT_EQ(state.heavier.size(), 2u);
+  for (std::size_t n = 0; n < 2; ++n) {
+    const HeavierFloat& heavier = state.heavier[n];
+    EXPECT_EQ(heavier.excess, Limits().too_heavy[n]);
+    EXPECT_TRUE(heavier.rests_within(1e-5));
+    EXPECT_NEAR(heavier.waterline_mm.value(), *boat.goal.waterline_mm * (1 + heavier.excess), 1e-9);
+  }
+  EXPECT_NE(verdict.meaning.back().find(
+                "With 1 % more plastic, the same everywhere (its centre of mass stays), it floats 0.22 mm deeper"),
+            std::string::npos)
+      << verdict.meaning.back();
+  const auto records = std::get<std::vector<Record>>(figure(verdict, "with_more_plastic").value);
+  ASSERT_EQ(records.size(), 2u);
+  EXPECT_EQ(std::get<double>(records[1][1].second), state.heavier[1].waterline_mm.value());
+}
+
+// A box of which 0.5 % is dry sinks with 1 % more; with 2 % it bears that, and a note tells of 3 %; with 5 % none is needed.
+TEST(VerifyFloat, AReserveSmallerThanThePrintsScatterFails) {
+  const Mesh plate = test::box({-20, -15, 0}, {20, 15, 10});
+  const auto judged = [&](double density) {
+    FloatSpec goal;
+    goal.print.density_g_cm3 = density;
+    return verify(plate, nullptr, goal);
+  };
+  const FloatVerdict full = judged(0.995);
+  EXPECT_EQ(failed(full), Names({"reserve"}));
+  ASSERT_EQ(full.notes.size(), 1u);
+  EXPECT_NE(full.notes[0].find("with 1 % more plastic it sinks, as it displaces at most 0.5 % more"), std::string::npos)
+      << full.notes[0];
+  const FloatVerdict little = judged(0.98);
+  EXPECT_EQ(failed(little), Names());
+  ASSERT_EQ(little.notes.size(), 1u);
+  EXPECT_NE(little.notes[0].find("with 3 % more plastic it sinks"), std::string::npos) << little.notes[0];
+  EXPECT_TRUE(judged(0.95).notes.empty());
+  // What comes to no rest has no reserve to be judged.
+  FloatSpec sinks;
+  sinks.waterline_mm = 5;
+  EXPECT_TRUE(verify(plate, nullptr, sinks).state.heavier.empty());
+  EXPECT_EQ(criterion(full, "reserve").limit, Limits().settled_tilt_rad);
 }
 
 TEST(VerifyFloat, AsStoredInAnStlFileInAnyFrame) {
@@ -481,6 +534,79 @@ TEST(VerifyFloat, AnUntouchedSolidIsJudgedToo) {
   const FloatVerdict verdict = verify(plate, &plate, goal);
   EXPECT_TRUE(verdict.pass());
   EXPECT_EQ(verdict.cavities, 0u);
+}
+
+TEST(VerifyFloat, AnOpenVesselTellsTheHeelAtWhichItFloods) {
+  const Mesh dinghy = test::polycubes({{0, 0, 0},
+                                       {1, 0, 0},
+                                       {2, 0, 0},
+                                       {0, 1, 0},
+                                       {2, 1, 0},
+                                       {0, 2, 0},
+                                       {1, 2, 0},
+                                       {2, 2, 0},
+                                       {0, 0, 1},
+                                       {1, 0, 1},
+                                       {2, 0, 1},
+                                       {0, 1, 1},
+                                       {2, 1, 1},
+                                       {0, 2, 1},
+                                       {1, 2, 1},
+                                       {2, 2, 1},
+                                       {1, 1, 0}},
+                                      10);  // 30 x 30 x 20, with a pit of 10 x 10 x 10
+  FloatSpec goal;
+  goal.print.density_g_cm3 = 0.9;
+  const FloatVerdict verdict = verify(dinghy, nullptr, goal);
+  const FloatState& state = verdict.state;
+  ASSERT_TRUE(state.flooding_heel_rad.has_value());
+  EXPECT_NEAR(*verdict.spec.waterline_mm, 17000 * 0.9 / 900, 1e-9);
+  EXPECT_NEAR(state.water.dry_interior_mm3, 700, 1e-9);
+  EXPECT_EQ(*state.flooding_heel_rad, flooding_heel(dinghy, state.body.mass_g * 1e3, Eigen::Vector3d::UnitZ())->angle_rad);
+  EXPECT_EQ(std::get<double>(figure(verdict, "flooding_heel_rad").value), *state.flooding_heel_rad);
+  EXPECT_NE(verdict.meaning[0].find("Water comes in over its rim when it is tilted by"), std::string::npos) << verdict.meaning[0];
+  const Mesh closed = test::box({0, 0, 0}, {30, 30, 20});
+  EXPECT_FALSE(verify(closed, nullptr, goal).state.flooding_heel_rad.has_value());
+}
+
+// Uncured resin in a sealed cavity fails whatever the goal; not when it will be drained, nor in an open one, nor of filament.
+TEST(VerifyFloat, ResinTrappedInACavityFails) {
+  Boat boat;
+  boat.goal.print.liquid_g_cm3 = 1.1;
+  const FloatVerdict trapped = verify(boat.mesh(), nullptr, boat.goal);
+  EXPECT_EQ(failed(trapped), Names({"trapped_resin"}));
+  EXPECT_NEAR(trapped.trapped_resin_g, 1.1e-3 * 50 * 30 * 20, 1e-9);
+  EXPECT_EQ(criterion(trapped, "trapped_resin").value, trapped.trapped_resin_g);
+  ASSERT_EQ(trapped.notes.size(), 2u);
+  EXPECT_NE(trapped.notes[0].find("33.0 g of uncured resin"), std::string::npos) << trapped.notes[0];
+  EXPECT_NE(trapped.notes[0].find("85.1 g instead of 52.1 g"), std::string::npos) << trapped.notes[0];
+  EXPECT_NE(trapped.notes[1].find("sinks"), std::string::npos);
+  EXPECT_NE(trapped.meaning[0].find("33.0 g of it uncured"), std::string::npos) << trapped.meaning[0];
+  // A cavity of the original's own keeps it, too.
+  const Mesh own = boat.mesh();
+  EXPECT_EQ(failed(verify(own, &own, boat.goal)), Names({"trapped_resin"}));
+  boat.goal.print.drained = true;
+  EXPECT_EQ(failed(verify(boat.mesh(), nullptr, boat.goal)), Names());
+  boat.goal.print.drained = false;
+  FloatSpec light = boat.goal;
+  light.waterline_mm.reset();
+  light.print.density_g_cm3 = 0.5;
+  const Mesh solid = test::box({-20, -15, 0}, {20, 15, 10});
+  EXPECT_EQ(failed(verify(solid, nullptr, light)), Names());
+  StandSpec stand;
+  stand.print = boat.goal.print;
+  EXPECT_FALSE(verify(boat.mesh(), nullptr, stand).pass());
+}
+
+// A fraction of the volume is that of the hull, a fraction of the height that of the height.
+TEST(VerifyFloat, SubmergedByHeightOrByVolume) {
+  const Mesh cone = test::cone(10, 20, 48);  // on its base
+  FloatSpec goal;
+  goal.submerged_fraction = 0.5;
+  EXPECT_NEAR(*verify(cone, nullptr, goal).spec.waterline_mm, 10, 1e-9);
+  goal.submerged_fraction.reset();
+  goal.submerged_volume_fraction = 0.875;  // the cone above half its height has 1/8
+  EXPECT_NEAR(*verify(cone, nullptr, goal).spec.waterline_mm, 10, 1e-9);
 }
 
 TEST(VerifyFloat, TheSameBitsForAnyNumberOfThreads) {

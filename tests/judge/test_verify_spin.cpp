@@ -131,6 +131,34 @@ TEST(VerifySpin, TheFlatBlockPasses) {
                                  "stable_speeds", "simulated_tilt"}));
 }
 
+// Mass and moments of inertia grow alike with more plastic everywhere, so that the speeds stay; the scatter of the centre of mass
+// makes the axis lean, by e / l over 1.44 - 1 at 1.2 times the lowest speed, less where the other lateral moment decides.
+TEST(VerifySpin, TellsWhatThePrintsScatterDoes) {
+  Block block = flat();
+  const SpinVerdict verdict = block.judged();
+  EXPECT_EQ(verdict.scatter_mm, 0.1);
+  EXPECT_NEAR(verdict.scatter_tilt_rad.value(), 0.1 / 10 / (1.2 * 1.2 - 1), 1e-9);
+  EXPECT_EQ(verdict.meaning.size(), 2u);
+  block.goal.print.density_g_cm3 *= 1.03;
+  const SpinVerdict heavier = block.judged();
+  EXPECT_NEAR(heavier.state.sliding[0].lo_rad_s, verdict.state.sliding[0].lo_rad_s, 1e-9);
+  EXPECT_NEAR(*heavier.scatter_tilt_rad, *verdict.scatter_tilt_rad, 1e-12);
+  // One that is not balanced leans anyway.
+  block = flat();
+  block.turn = 0.5;
+  EXPECT_FALSE(block.judged().scatter_tilt_rad.has_value());
+  ASSERT_EQ(block.judged().meaning.size(), 1u);
+  EXPECT_NE(block.judged().meaning[0].find("wobbles at any speed"), std::string::npos);
+  block = flat();
+  block.shift = {8, 0, 0};
+  ASSERT_EQ(block.judged().meaning.size(), 1u);
+  EXPECT_NE(block.judged().meaning[0].find("mm beside the axis"), std::string::npos);
+  block.shift = {0, 0, 3};
+  block.goal.yoyo = true;
+  put(block.goal, block.middle());
+  EXPECT_NE(block.judged().meaning[0].find("mm beside the centre"), std::string::npos) << block.judged().meaning[0];
+}
+
 TEST(VerifySpin, AMiddleAxisFailsWhicheverIsPreferred) {
   Block block = middling();
   for (const AxisClass prefer : {AxisClass::largest, AxisClass::smallest}) {

@@ -102,6 +102,25 @@ TEST(VerifyStand, TheHollowGallowsStandsAndTheSolidOneFalls) {
   const StandVerdict solid = verify(outer, &outer, gallows.goal);
   EXPECT_EQ(failed(solid), Names({"inside"}));
   EXPECT_NEAR(criterion(solid, "inside").value, std::atan2(-2.5, 12.5), 1e-12);
+  EXPECT_EQ(solid.meaning, Names({"It does not stand: it falls over."}));
+}
+
+TEST(VerifyStand, ThePrintsScatterTakesSomeOfTheTippingAngle) {
+  EXPECT_EQ(print_scatter_mm(100), 0.1);
+  EXPECT_EQ(print_scatter_mm(1000), 0.5);
+  const Gallows gallows;
+  const StandVerdict verdict = verify(Gallows::mesh(), nullptr, gallows.goal);
+  EXPECT_NEAR(verdict.scattered_tipping_angle_rad, std::atan2(10 - kCentreX - 0.1, kCentreZ), 1e-12);
+  EXPECT_EQ(verdict.meaning.size(), 2u);
+  // A T whose centre of mass lies 0.05 mm inside the edge of its foot, at x = 10, stands on the computer only.
+  const double reach = 25;
+  const double height = 1000 * (9.95 - 5) / (reach * 10 * (reach / 2 - 9.95));
+  const StandVerdict barely = verify(
+      test::merged({test::box({0, 0, 0}, {10, 10, 10}), test::box({0, 0, 10}, {reach, 10, 10 + height})}), nullptr, StandSpec());
+  EXPECT_TRUE(barely.pass());
+  EXPECT_NEAR(barely.state.centre_mm.x(), 9.95, 1e-9);
+  ASSERT_EQ(barely.notes.size(), 1u);
+  EXPECT_NE(barely.notes[0].find("it tips over by itself"), std::string::npos);
 }
 
 TEST(VerifyStand, AnAngleMayBeAskedFor) {

@@ -113,7 +113,7 @@ TEST_F(Tool, FloatsAndVerifies) {
     EXPECT_TRUE(report["solver"].contains(key)) << key;
   for (const char* key : {"read", "domain", "rays", "solve", "mesh", "verify", "write", "total"})
     EXPECT_GE(report["timings_s"][key].get<double>(), 0) << key;
-  ASSERT_EQ(report["criteria"].size(), 8u);
+  ASSERT_EQ(report["criteria"].size(), 9u);
   for (const auto& c : report["criteria"]) EXPECT_TRUE(c["pass"]) << c["name"];
   EXPECT_GT(report["before"]["mass_g"].get<double>(), report["after"]["mass_g"].get<double>());
 
@@ -187,7 +187,11 @@ TEST_F(Tool, UsageErrorsAre2) {
                                 "float egg.stl --nonsense 3",
                                 "float egg.stl --waterline 5 --submerged 0.5",
                                 "float egg.stl --submerged 1.5",
-                                "float egg.stl --density 1 --material pla",
+                                "float egg.stl --submerged 101%",
+                                "float egg.stl --submerged 0volume",
+                                "float egg.stl --each --rigid",
+                                "float egg.stl --each --suggest",
+                                "verify egg.stl --each --original egg.stl",
                                 "float egg.stl --material cheese",
                                 "float egg.stl -o egg.xyz",
                                 "float egg.stl -o egg.stl",
@@ -572,6 +576,105 @@ TEST_F(Tool, BodiesThatDoNotTouchAreRefusedUnlessHeldTogether) {
   }
 }
 
+// Two bodies, one of which cannot be made: the other is, each is told of, and the exit code is the worse one.
+TEST_F(Tool, EachBodyIsTreatedByItself) {
+  const Mesh egg = uv_ellipsoid(30, 22, 16, 24);
+  write_mesh(folder_ / "two.stl", merged({egg, moved(box({0, 0, 0}, {20, 20, 20}), {100, 0, 0})}));
+  const Run both = run("stand two.stl --resolution 30 --each --report r.json -v");
+  EXPECT_EQ(both.code, 4) << both.err;
+  EXPECT_EQ(new_files(), (std::vector<std::string>{"r-2.json", "two.stl", "two_stand-2.stl"}));
+  EXPECT_NE(both.err.find("body 1 of 2: "), std::string::npos) << both.err;
+  EXPECT_NE(both.err.find("1 of 2 bodies failed"), std::string::npos) << both.err;
+  EXPECT_NE(both.out.find("two.stl, body 2 of 2: "), std::string::npos) << both.out;
+  const auto report = nlohmann::json::parse(text_of(folder_ / "r-2.json"));
+  EXPECT_EQ(report["input"]["body"], 2);
+  EXPECT_EQ(report["output"]["path"], "two_stand-2.stl");
+  EXPECT_NEAR(report["after"]["centre_of_mass_mm"][0].get<double>(), 110, 1e-3) << "where it is in the file";
+  const std::string before = "\nto judge it again: rayrep ";
+  const std::size_t at = both.out.find(before);
+  ASSERT_NE(at, std::string::npos) << both.out;
+  EXPECT_EQ(run(both.out.substr(at + before.size(), both.out.find('\n', at + 1) - at - before.size())).code, 0);
+  // The same bytes as from a file of its own.
+  write_mesh(folder_ / "one.stl", moved(box({0, 0, 0}, {20, 20, 20}), {100, 0, 0}));
+  ASSERT_EQ(run("stand one.stl --resolution 30 -q").code, 0);
+  EXPECT_EQ(text_of(folder_ / "one_stand.stl"), text_of(folder_ / "two_stand-2.stl"));
+
+  EXPECT_EQ(run("verify two.stl --goal stand --each").code, 4);
+  EXPECT_EQ(run("verify one.stl --goal stand --each").code, 0);
+  ASSERT_EQ(run("float two.stl --resolution 30 --each -q -o f.3mf").code, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "f-1.3mf") && fs::exists(folder_ / "f-2.3mf"));
+  fs::copy(folder_ / "two.stl", folder_ / "g-1.stl");
+  EXPECT_EQ(run("float g-1.stl --resolution 30 --each -q -o g.stl").code, 2) << "an output would be the input";
+}
+
+// A density says nothing of the material; resin keeps what is not cured in a sealed cavity.
+TEST_F(Tool, ResinIsRefusedUnlessItIsDrained) {
+  const std::string arguments = "float egg.stl --resolution 40 --submerged 0.5 --density 1.14 -o resin.stl ";
+  EXPECT_EQ(run(arguments).code, 0);
+  fs::remove(folder_ / "resin.stl");
+  const Run kept = run(arguments + "--material resin");
+  EXPECT_EQ(kept.code, 4);
+  EXPECT_NE(kept.err.find("(trapped_resin)"), std::string::npos) << kept.err;
+  EXPECT_NE(kept.err.find("say --drained"), std::string::npos) << kept.err;
+  EXPECT_FALSE(fs::exists(folder_ / "resin.stl"));
+  const Run drained = run(arguments + "--material resin --drained -v --report r.json");
+  ASSERT_EQ(drained.code, 0) << drained.err;
+  EXPECT_NE(drained.out.find("let the resin run out"), std::string::npos) << drained.out;
+  EXPECT_EQ(nlohmann::json::parse(text_of(folder_ / "r.json"))["goal"]["drained"], true);
+  // What judges it again knows of both.
+  const std::string before = "\nto judge it again: rayrep ";
+  const std::size_t at = drained.out.find(before);
+  ASSERT_NE(at, std::string::npos) << drained.out;
+  const std::string line = drained.out.substr(at + before.size(), drained.out.find('\n', at + 1) - at - before.size());
+  EXPECT_NE(line.find("--material resin"), std::string::npos) << line;
+  EXPECT_NE(line.find("--drained"), std::string::npos) << line;
+  EXPECT_EQ(run(line).code, 0) << line;
+  EXPECT_EQ(run("verify resin.stl --material resin").code, 4);
+  // The bottle's own density goes before the table's, whichever comes first.
+  for (const char* order : {"--material resin --density 1.2", "--density 1.2 --material resin"}) {
+    ASSERT_EQ(run(std::string("inspect egg.stl --json ") + order).code, 0);
+    EXPECT_EQ(nlohmann::json::parse(run(std::string("inspect egg.stl --json ") + order).out)["density_g_cm3"], 1.2) << order;
+  }
+}
+
+TEST_F(Tool, SubmergedIsOfTheHeightOrOfTheVolume) {
+  const auto waterline = [&](const char* submerged) {
+    const Run result = run(std::string("verify egg.stl --report r.json --submerged ") + submerged);
+    EXPECT_EQ(result.code, 4) << submerged << ": " << result.err;
+    return nlohmann::json::parse(text_of(folder_ / "r.json"))["goal"]["waterline_mm"].get<double>();
+  };
+  EXPECT_EQ(waterline("0.7"), waterline("70%"));
+  EXPECT_EQ(waterline("0.7"), waterline("70%height"));
+  EXPECT_NEAR(waterline("0.7"), 0.7 * 32, 1e-6);
+  EXPECT_EQ(waterline("0.7volume"), waterline("70%volume"));
+  // Of an ellipsoid of height 2c up to h: (h / c)^2 (3 - h / c) / 4.
+  const double h = waterline("70%volume") / 16;
+  EXPECT_NEAR(h * h * (3 - h) / 4, 0.7, 5e-3);
+}
+
+TEST_F(Tool, SaysHowToPrint) {
+  const Run stl = run("float egg.stl --resolution 40 --submerged 0.5");
+  EXPECT_NE(stl.out.find("To print: at 100 % infill, with supports on the build plate only"), std::string::npos) << stl.out;
+  EXPECT_NE(run("float egg.stl --resolution 40 --submerged 0.5 -o a.3mf").out.find("To print: the file asks PrusaSlicer"),
+            std::string::npos);
+  EXPECT_EQ(run("float egg.stl --resolution 40 --submerged 0.5 -q").out, "");
+  EXPECT_EQ(run("verify egg_float.stl").out.find("To print"), std::string::npos);
+}
+
+// What it means for the print comes before the figures; how the solver came to it is for those who ask.
+TEST_F(Tool, WordsComeBeforeFigures) {
+  for (const char* command : {"float egg.stl", "spin egg.stl", "spin egg.stl --yoyo", "target egg.stl --mass 40"}) {
+    const Run result = run(std::string(command) + " --resolution 40");
+    ASSERT_EQ(result.code, 0) << result.err;
+    const std::size_t words = result.out.find("\nIt ");
+    ASSERT_NE(words, std::string::npos) << result.out;
+    EXPECT_LT(words, result.out.find("before (solid)")) << command;
+    for (const char* jargon : {"quadric", "iterations", "variables", "passes"})
+      EXPECT_EQ(result.out.find(jargon), std::string::npos) << command << " says " << jargon;
+    EXPECT_NE(run(std::string(command) + " --resolution 40 -v").out.find("iterations in"), std::string::npos) << command;
+  }
+}
+
 TEST_F(Tool, HintsSayWhatWasMeant) {
   const std::pair<const char*, const char*> cases[] = {{"egg.stl", "rayrep float egg.stl"},
                                                        {"flaot egg.stl", "Did you mean float?"},
@@ -579,7 +682,7 @@ TEST_F(Tool, HintsSayWhatWasMeant) {
                                                        {"float egg.stl --density 1240", "give 1.24"},
                                                        {"float egg.stl --wall 2mm", "without 'mm'"},
                                                        {"float egg.stl --wall 1,2", "1.2"},
-                                                       {"float egg.stl --submerged 50%", "0.5"},
+                                                       {"float egg.stl --submerged 50", "Did you mean 50%?"},
                                                        {"float egg.stl --fluid sewater", "Did you mean seawater?"},
                                                        {"float egg.stl --scale 2", "--size"},
                                                        {"float egg.stl egg.stl", "more than one mesh"}};

@@ -52,7 +52,7 @@ int main(int argc, char** argv) {
     try {
       rayrep::tool::run(options, is_interrupted);
     } catch (const rayrep::Error& error) {
-      if (error.code() != rayrep::ErrorCode::goal || options.command != rayrep::tool::Command::hollow) throw;
+      if (error.code() != rayrep::ErrorCode::goal || options.command != rayrep::tool::Command::hollow || options.each) throw;
       std::cerr << "rayrep: " << error.what() << std::endl;
       advise(argc, argv, options);
       return static_cast<int>(error.code());

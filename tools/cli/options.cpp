@@ -91,8 +91,16 @@ Settings mesh_rows(Options& options) {
        .value = "",
        .words = "bodies of MESH that do not touch are held together",
        .details = "Without it a mesh of several bodies that do not touch each other is refused: each would float, spin or stand by "
-                  "itself.",
+                  "itself, as with --each.",
        .place = &options.rigid}};
+}
+
+Setting each_row(Options& options, const char* details) {
+  return {.name = "each",
+          .value = "",
+          .words = "bodies of MESH that do not touch are treated one by one",
+          .details = details,
+          .place = &options.each};
 }
 
 Settings inertial_files(Options& options) {
@@ -191,6 +199,12 @@ void move_up(Settings& from, Settings& to) {
 
 std::vector<Group> hollow_groups(Options& options) {
   Group mesh{"The mesh", mesh_rows(options)};
+  mesh.settings.push_back(
+      each_row(options,
+               "Each body is hollowed by itself, with a waterline, an axis or a support of its own, and where it "
+               "is in MESH. Outputs and reports are numbered in the order of the file: NAME-1.stl, NAME-2.stl ... A "
+               "body that cannot be made does not keep the others from it; the exit code is then the largest of "
+               "all."));
   Group goal{heading_of(options.spec), spec_rows(options.spec, For::making)};
   move_up(goal.settings, mesh.settings);
   Group making{"Material and discretisation", settings(print_in(options.spec), For::making)};
@@ -203,6 +217,10 @@ std::vector<Group> hollow_groups(Options& options) {
 
 std::vector<Group> verify_groups(Options& options) {
   Group mesh{"The mesh", mesh_rows(options)};
+  mesh.settings.push_back(
+      each_row(options,
+               "Each body is judged by itself, without an --original. Reports are numbered in the order of the file: "
+               "NAME-1.json ... The exit code is the largest of all."));
   Settings rows = spec_rows(options.spec, For::judging);
   move_up(rows, mesh.settings);
   const std::string& not_asked = goal_named(options.goal).not_asked;
@@ -224,7 +242,7 @@ std::vector<Group> verify_groups(Options& options) {
 
 std::vector<Group> inspect_groups(Options& options) {
   Settings density = settings(options.print, For::judging);
-  std::erase_if(density, [](const Setting& s) { return s.name == "wall"; });
+  std::erase_if(density, [](const Setting& s) { return s.name == "wall" || s.name == "drained"; });
   Group output{"Output", density};
   output.settings.push_back(
       {.name = "json", .value = "", .words = "JSON on standard output", .details = "", .place = &options.json});
@@ -349,24 +367,13 @@ void note_in_force(const std::vector<Group>& groups, Options& options) {
       if (!kNotTold.contains(long_name(s))) options.in_force.emplace_back(long_name(s), shown(s));
 }
 
-/// @throws Error{usage} when an output would overwrite what is read
-void refuse_overwriting(const Options& options) {
-  const auto same = [](const std::filesystem::path& a, const std::filesystem::path& b) {
-    std::error_code ignored;
-    return !a.empty() && !b.empty() && (std::filesystem::equivalent(a, b, ignored) || a.lexically_normal() == b.lexically_normal());
-  };
-  if (same(options.output, options.input))
-    usage_error("The output '" + options.output.string() + "' is the input itself: choose another name with --output.");
-  const std::pair<const char*, std::filesystem::path> texts[] = {
-      {"report", options.report}, {"urdf", options.urdf}, {"mjcf", options.mjcf}};
-  for (const auto& [name, text] : texts) {
-    for (const auto& mesh : {options.input, options.original, options.output})
-      if (same(text, mesh))
-        usage_error("The " + std::string(name) + " '" + text.string() + "' would overwrite a mesh: choose another name with --" +
-                    name + ".");
-    for (const auto& [other, path] : texts)
-      if (name != other && same(text, path)) usage_error("--" + std::string(name) + " and --" + other + " name the same file.");
-  }
+/// @throws Error{usage} for what --each does not go with
+void check_each(const Options& options) {
+  if (!options.each) return;
+  if (options.rigid) usage_error("--rigid makes one body of all, --each treats them one by one: give either.");
+  if (options.suggest) usage_error("--suggest is for one body: save each as a file of its own, or leave --each or --suggest out.");
+  if (!options.original.empty())
+    usage_error("--original is for one body: to judge against it, verify one body at a time, against a file with that body alone.");
 }
 
 void check_spec(const Options& options) {
@@ -411,6 +418,25 @@ std::optional<std::string> text_for(const std::string& word, const std::string& 
 
 }  // namespace
 
+void refuse_overwriting(const Options& options) {
+  const auto same = [](const std::filesystem::path& a, const std::filesystem::path& b) {
+    std::error_code ignored;
+    return !a.empty() && !b.empty() && (std::filesystem::equivalent(a, b, ignored) || a.lexically_normal() == b.lexically_normal());
+  };
+  if (same(options.output, options.input))
+    usage_error("The output '" + options.output.string() + "' is the input itself: choose another name with --output.");
+  const std::pair<const char*, std::filesystem::path> texts[] = {
+      {"report", options.report}, {"urdf", options.urdf}, {"mjcf", options.mjcf}};
+  for (const auto& [name, text] : texts) {
+    for (const auto& mesh : {options.input, options.original, options.output})
+      if (same(text, mesh))
+        usage_error("The " + std::string(name) + " '" + text.string() + "' would overwrite a mesh: choose another name with --" +
+                    name + ".");
+    for (const auto& [other, path] : texts)
+      if (name != other && same(text, path)) usage_error("--" + std::string(name) + " and --" + other + " name the same file.");
+  }
+}
+
 const std::vector<Syntax>& commands() {
   static const std::vector<Syntax> table = [] {
     std::vector<Syntax> all;
@@ -422,8 +448,7 @@ const std::vector<Syntax>& commands() {
     }
     all.push_back({"verify",
                    "rayrep verify MESH [options]: judge from its triangles whether MESH floats, spins, stands ...\n"
-                   "Without --waterline or --submerged it floats where it displaces its own mass. The solid that\n"
-                   "--point com means is --original; without that, MESH with its cavities filled.\n",
+                   "Without --waterline or --submerged it floats where it displaces its own mass.\n",
                    "judge a hollowed mesh: does it float upright, spin, stand, fit its target?", Command::verify});
     all.push_back({"inspect", "rayrep inspect MESH [options]: size, volume, mass, centre of mass, inertia and defects of MESH.\n",
                    "size, volume, mass, inertia and defects of MESH", Command::inspect});
@@ -516,15 +541,15 @@ std::string judging_command(const Options& options, const Spec& spec, const std:
   std::string text = "rayrep verify " + quoted(output) + " --goal " + judging.goal;
   const std::vector<Group> now = groups_of(syntax, judging);
   const std::vector<Group> before = groups_of(syntax, usual);
-  static const std::set<std::string> kOther = {"unit",   "size",  "goal",    "material", "original",
-                                               "report", "quiet", "verbose", "threads",  "help"};
+  static const std::set<std::string> kOther = {"unit",   "size",  "goal",    "each",    "original",
+                                               "report", "quiet", "verbose", "threads", "help"};
   for (std::size_t g = 0; g < now.size(); ++g)
     for (std::size_t n = 0; n < now[g].settings.size(); ++n) {
       const Setting& s = now[g].settings[n];
       if (kOther.contains(long_name(s)) || shown(s) == shown(before[g].settings[n])) continue;
       text += " --" + long_name(s) + (s.value.empty() ? "" : " " + quoted(shown(s)));
     }
-  if (options.size_mm) text += " --size " + shown(mesh_rows(judging)[1]);
+  if (options.size_mm && with_original) text += " --size " + shown(mesh_rows(judging)[1]);
   // --unit would scale the output, too, which is in mm.
   if (with_original) text += " --original " + quoted(options.input.string());
   return text;
@@ -556,6 +581,7 @@ Options parse_command_line(int argc, const char* const* argv) {
   const std::vector<Group> groups = groups_of(syntax, options);
   apply(groups, given, options);
   check_spec(options);
+  check_each(options);
   choose_output(options);
   note_in_force(groups, options);
   refuse_overwriting(options);

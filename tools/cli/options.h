@@ -26,6 +26,7 @@ struct Options {
   LengthUnit unit = LengthUnit::millimetre;
   std::optional<double> size_mm;  ///< longest side
   bool rigid = false;             ///< bodies that do not touch are held together by something
+  bool each = false;              ///< bodies that do not touch are treated one by one
 
   std::string goal = "float";  ///< hollow, verify: one of the goals' words
   Spec spec;                   ///< hollow, verify: what MESH is, or shall be, for
@@ -69,6 +70,9 @@ std::vector<Options> defaults_of_all_goals(const Syntax& syntax);
 
 /// @throws Error{usage} that says what is wrong and how to get help
 Options parse_command_line(int argc, const char* const* argv);
+
+/// @throws Error{usage} when an output would overwrite what is read
+void refuse_overwriting(const Options& options);
 
 /// The command line with the options of a suggestion in place of its own, for a shell.
 std::string suggested(int argc, const char* const* argv, const Suggestion& suggestion);

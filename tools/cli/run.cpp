@@ -155,17 +155,102 @@ void refuse_loose_bodies(const Options& options, ReadMesh& mesh, const Progress&
   if (!options.rigid)
     throw Error(ErrorCode::input,
                 mesh.summary.path + ": " + count +
-                    ": each would float, spin or stand by itself. Save each as a file of its own, or say --rigid if "
-                    "something holds them together.");
+                    ": each would float, spin or stand by itself. Say --each to treat them one by one, or --rigid if something "
+                    "holds them together.");
   mesh.summary.notes.push_back(count + ": taken as one rigid body, as --rigid says.");
 }
 
-/// A mesh that can be hollowed.
-ReadMesh read_solid(const Options& options, const Progress& progress) {
-  ReadMesh input = read(options.input, options, {}, progress);
-  refuse_unusable(input);
-  refuse_loose_bodies(options, input, progress);
-  return input;
+/// Such as /dev/stdout.
+bool is_device(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored) &&
+         !std::filesystem::is_directory(path, ignored);
+}
+
+/// Finds out before the work that an output cannot be written. What is text may go to a device.
+void require_outputs(const Options& options) {
+  if (!options.output.empty()) require_writable(options.output);
+  for (const auto& text : {options.report, options.urdf, options.mjcf})
+    if (!text.empty() && !is_device(text)) require_writable(text);
+}
+
+/// The bodies of a mesh, in the order of the file.
+std::vector<ReadMesh> bodies_in(const ReadMesh& mesh, const CheckOptions& check, const Progress& progress) {
+  const Mesh& all = mesh.checked.mesh;
+  const Components bodies = bodies_of(all, progress);
+  std::vector<Mesh> parts(static_cast<std::size_t>(bodies.count));
+  for (std::size_t t = 0; t < all.triangles.size(); ++t) {
+    Mesh& part = parts[static_cast<std::size_t>(bodies.of_triangle[t])];
+    const auto first = static_cast<int>(part.vertices.size());
+    for (int k = 0; k < 3; ++k) part.vertices.push_back(all.corner(t, k));
+    part.triangles.emplace_back(first, first + 1, first + 2);
+  }
+  std::vector<ReadMesh> result;
+  for (const Mesh& part : parts) {
+    ReadMesh one{check_mesh(part, check, progress), mesh.summary};
+    one.summary.body = result.size() + 1;
+    one.summary.bodies = parts.size();
+    one.summary.size_mm = bounding_box(part).sizes();
+    one.summary.notes.insert(one.summary.notes.end(), mesh.summary.check.notes.begin(), mesh.summary.check.notes.end());
+    one.summary.check = one.checked.report;
+    one.summary.check.vertices_merged = 0;  // not in the file
+    one.summary.vertices = one.checked.mesh.vertices.size();
+    one.summary.triangles = one.checked.mesh.triangles.size();
+    result.push_back(std::move(one));
+  }
+  return result;
+}
+
+/// "out.stl" for a body: "out-2.stl".
+std::filesystem::path numbered(const std::filesystem::path& path, std::size_t number) {
+  if (path.empty() || is_device(path)) return path;
+  std::filesystem::path name = path.stem();
+  name += "-" + std::to_string(number);
+  name += path.extension();
+  return path.parent_path() / name;
+}
+
+/// The options for one body of many.
+Options options_for(const Options& options, std::size_t number) {
+  Options one = options;
+  for (std::filesystem::path* path : {&one.output, &one.report, &one.urdf, &one.mjcf}) *path = numbered(*path, number);
+  refuse_overwriting(one);
+  require_outputs(one);
+  return one;
+}
+
+using RunOne = std::function<void(const Options& options, const ReadMesh& body, Stages& stages, const Progress& progress)>;
+
+/// Runs a command on each body by itself; what fails is told, and the others are gone on with.
+/// @throws Error with the largest exit code, if any
+void for_each_body(const Options& options, std::vector<ReadMesh> bodies, const Progress& progress, const RunOne& run_one) {
+  std::vector<Options> all;
+  for (const ReadMesh& body : bodies) all.push_back(options_for(options, body.summary.body));
+  ErrorCode worst = ErrorCode::internal;
+  std::size_t failed = 0;
+  for (std::size_t n = 0; n < bodies.size(); ++n) {
+    if (n > 0 && !options.quiet) std::cout << "\n";
+    Stages stages(options);
+    Progress own = progress;
+    own.stage = [&stages](std::string_view name) { stages.begin(name); };
+    try {
+      run_one(all[n], bodies[n], stages, own);
+    } catch (const Error& error) {
+      if (error.code() == ErrorCode::interrupted && n > 0)
+        throw Error(ErrorCode::interrupted, "Interrupted at body " + std::to_string(n + 1) + " of " +
+                                                std::to_string(bodies.size()) + "; those before it are done.");
+      if (error.code() == ErrorCode::interrupted || error.code() == ErrorCode::internal) throw;
+      stages.finish();
+      std::cout.flush();
+      std::cerr << "rayrep: body " << n + 1 << " of " << bodies.size() << ": " << error.what() << std::endl;
+      worst = std::max(worst, error.code());
+      ++failed;
+    }
+  }
+  if (failed > 0)
+    throw Error(worst, std::to_string(failed) + " of " + std::to_string(bodies.size()) +
+                           (bodies.size() == 1 ? " body" : " bodies") + " failed; what failed is told above" +
+                           (failed < bodies.size() ? ", the others are done." : "."));
 }
 
 /// Writes the hollowed mesh beside its final place, has it judged as re-read from disk, and puts it in place if it passes.
@@ -197,13 +282,14 @@ void deliver(const Options& options, const Mesh& solid, RunReport& report, Stage
   if (options.quiet) return;
   std::cout << to_text(report, options.verbose);
   if (options.verbose) {
-    const bool alike = report.input.scale != 1 || report.input.mm_per_unit == 1 || report.input.format == "3MF";
+    const bool alike = !options.each && (report.input.scale != 1 || report.input.mm_per_unit == 1 || report.input.format == "3MF");
     std::cout << "\nto judge it again: " << judging_command(options, hollow.spec, report.output, alike) << "\n";
   }
   char took[32];
   std::snprintf(took, sizeof took, "%.2f", report.timings_s.back().second);
   std::cout << "VERIFIED: wrote " << report.output << ", " << report.delivered_triangles << " triangles, in " << took << " s"
-            << (replaced ? "; it replaced the file that was there" : "") << "\n";
+            << (replaced ? "; it replaced the file that was there" : "") << "\n"
+            << printing_text(report);
 }
 
 /// Finds out before the work that STL, which stores float32, cannot hold the wall so far from the origin.
@@ -227,8 +313,7 @@ HollowOptions hollow_options(const Options& options) {
   return how;
 }
 
-void run_hollow(const Options& options, Stages& stages, const Progress& progress) {
-  const ReadMesh input = read_solid(options, progress);
+void hollow_one(const Options& options, const ReadMesh& input, Stages& stages, const Progress& progress) {
   const Mesh& solid = input.checked.mesh;
   require_room_for_wall(options, solid);
   RunReport report = start_report(options, input);
@@ -237,19 +322,23 @@ void run_hollow(const Options& options, Stages& stages, const Progress& progress
   write_inertial(options, report.after.body);
 }
 
-void run_verify(const Options& options, Stages& stages, const Progress& progress) {
-  const CheckOptions check{.self_intersections = false};
-  // What rayrep has written is in millimetres and of its final size; unit and size are then those of what it was made from.
-  Options as_written = options;
-  if (!options.original.empty()) {
-    as_written.unit = LengthUnit::millimetre;
-    as_written.size_mm.reset();
+void run_hollow(const Options& options, Stages& stages, const Progress& progress) {
+  ReadMesh input = read(options.input, options, {}, progress);
+  refuse_unusable(input);
+  if (options.each) {
+    for_each_body(options, bodies_in(input, {}, progress), progress, hollow_one);
+    return;
   }
-  ReadMesh input = read(options.input, as_written, check, progress);
-  if (input.checked.report.usable) refuse_loose_bodies(options, input, progress);
+  refuse_loose_bodies(options, input, progress);
+  hollow_one(options, input, stages, progress);
+}
+
+constexpr CheckOptions kChecksToJudge{.self_intersections = false};
+
+void verify_one(const Options& options, const ReadMesh& input, Stages& stages, const Progress& progress) {
   std::optional<ReadMesh> original;
   if (!options.original.empty()) {
-    original = read(options.original, options, check, progress);
+    original = read(options.original, options, kChecksToJudge, progress);
     refuse_unusable(*original);
   }
   RunReport report = start_report(options, input);
@@ -267,6 +356,23 @@ void run_verify(const Options& options, Stages& stages, const Progress& progress
   if (!options.quiet) std::cout << to_text(report, options.verbose);
   if (!report.after.pass()) throw Error(ErrorCode::goal, "It does not meet the goal " + failures(report.after, "."));
   if (!options.quiet) std::cout << "VERIFIED\n";
+}
+
+void run_verify(const Options& options, Stages& stages, const Progress& progress) {
+  // What rayrep has written is in millimetres and of its final size; unit and size are then those of what it was made from.
+  Options as_written = options;
+  if (!options.original.empty()) {
+    as_written.unit = LengthUnit::millimetre;
+    as_written.size_mm.reset();
+  }
+  ReadMesh input = read(options.input, as_written, kChecksToJudge, progress);
+  if (options.each) {
+    refuse_unusable(input);
+    for_each_body(options, bodies_in(input, kChecksToJudge, progress), progress, verify_one);
+    return;
+  }
+  if (input.checked.report.usable) refuse_loose_bodies(options, input, progress);
+  verify_one(options, input, stages, progress);
 }
 
 void run_inspect(const Options& options, Stages& stages, const Progress& progress) {
@@ -295,30 +401,21 @@ std::optional<tbb::global_control> limit_threads(const Options& options) {
   return limit;
 }
 
-/// Finds out before the work that an output cannot be written. What is text may go to a device, such as /dev/stdout.
-void require_outputs(const Options& options) {
-  if (!options.output.empty()) require_writable(options.output);
-  for (const auto& text : {options.report, options.urdf, options.mjcf}) {
-    std::error_code ignored;
-    const bool device = std::filesystem::exists(text, ignored) && !std::filesystem::is_regular_file(text, ignored) &&
-                        !std::filesystem::is_directory(text, ignored);
-    if (!text.empty() && !device) require_writable(text);
-  }
-}
-
 }  // namespace
 
 Advice advise(const Options& options, const std::function<bool()>& cancelled, const std::function<void(const Suggestion&)>& found) {
   const auto limit = limit_threads(options);
   Stages stages(options);
   const Progress progress{.stage = [&stages](std::string_view name) { stages.begin(name); }, .cancelled = cancelled};
-  const ReadMesh input = read_solid(options, progress);
+  ReadMesh input = read(options.input, options, {}, progress);
+  refuse_unusable(input);
+  refuse_loose_bodies(options, input, progress);
   return suggest(input.checked.mesh, options.spec, hollow_options(options), progress, found);
 }
 
 void run(const Options& options, const std::function<bool()>& cancelled) {
   const auto limit = limit_threads(options);
-  require_outputs(options);
+  if (!options.each) require_outputs(options);
   Stages stages(options);
   Progress progress;
   progress.stage = [&stages](std::string_view name) { stages.begin(name); };

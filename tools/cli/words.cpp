@@ -167,13 +167,22 @@ A part of 50 g with its centre of mass on the z axis, as low as it goes, and the
 .B rayrep verify bird_spin.stl \-\-goal spin \-\-original examples/bird.stl
 Does this top spin on its lowest point, and is it the bird outside?
 .SH NOTES
-Print the result solid (100 % infill). A mesh with a cavity, printed at 15 % infill, has another mass. A 3MF output carries
-.B fill_density = 100%
-for PrusaSlicer, which overrides the profile there; other slicers and formats have to be told.
+Print the result solid (100 % infill), with supports on the build plate only: a mesh with a cavity, printed at 15 % infill, has another
+mass, and automatic supports fill the cavity. A 3MF output asks PrusaSlicer, Bambu Studio and OrcaSlicer for both; other slicers and
+formats have to be told.
 .PP
-The print is taken to be uniform and of the given density. Slicers put down 0.5 to 1.5 % more than the mesh's volume.
+The print is taken to be uniform and of the given density. Slicers put down 0.5 to 1.5 % more than the mesh's volume. What floats must
+therefore still rest upright with 1 % more plastic everywhere
+.RB ( reserve ),
+and a note tells if it does not with 3 %.
 .PP
-A cavity is sealed and has no drain hole: in a resin or powder printer uncured material stays in it, and no account is taken of that.
+A cavity is sealed and has no drain hole. With
+.B \-\-material resin
+what stays in it uncured is weighed, and the mesh is refused
+.RB ( trapped_resin )
+unless
+.B \-\-drained
+says that you will drain it and close it again. The powder that a powder printer leaves is not accounted for.
 .SH SEE ALSO
 docs/conventions.md and docs/theory.md in the source.
 )";

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,6 +29,15 @@ struct Criterion {
   bool pass() const { return kind == Kind::at_most ? value <= limit : value >= limit; }  ///< false for NaN
 };
 
+/// A body as it floats with more plastic than its mesh holds, the same everywhere: its mass scaled, its centre of mass kept.
+struct HeavierFloat {
+  double excess = 0;                   ///< of the mass, relative
+  std::optional<double> waterline_mm;  ///< above the lowest point, of the body held upright; none: it sinks
+  FloatingRest::Outcome settles = FloatingRest::Outcome::rests;  ///< as in FloatState, of three releases
+  double settled_tilt_rad = 0;
+  bool rests_within(double tilt_rad) const { return settles == FloatingRest::Outcome::rests && settled_tilt_rad <= tilt_rad; }
+};
+
 /// A body as it floats with its waterline at a given height.
 struct FloatState {
   MassProperties body;
@@ -39,6 +49,12 @@ struct FloatState {
   /// How the releases end: sinks if one does, else did_not_rest if one does not, else rests.
   FloatingRest::Outcome settles = FloatingRest::Outcome::rests;
   double settled_tilt_rad = 0;  ///< largest angle to the upright over the releases that come to rest
+  /// What the hull displaces at most over the mass, less 1: how much more plastic it carries, the same everywhere, until it sinks.
+  double buoyancy_reserve = 0;
+  /// The smallest heel at which water comes over the rim of a dry pocket (flooding_heel); none without one below the waterline.
+  std::optional<double> flooding_heel_rad;
+  /// In a verdict, where the body comes to rest upright: with 1 and 3 % more plastic (Limits::too_heavy).
+  std::vector<HeavierFloat> heavier;
 };
 
 /// How far a body may be off.
@@ -50,6 +66,8 @@ struct Limits {
   double release_tilt_rad = 0.17453292519943295;  ///< 10 degrees
   int release_directions = 8;
   double settled_tilt_rad = 0.017453292519943295;  ///< 1 degree
+  /// By how much prints come out too heavy: often, which a body must bear, and seldom, of which a note tells.
+  std::array<double, 2> too_heavy = {0.01, 0.03};
   // spin
   double axis_angle_rad = 1e-3;      ///< between the spin axis and the nearest principal axis
   double class_margin = 1e-6;        ///< by which the axial moment must differ from the nearest lateral one, relative
@@ -74,8 +92,10 @@ struct Verdict {
                                   ///< it; infinite without cavities
   double outer_deviation_mm = 0;  ///< two-sided Hausdorff distance of what was changed of the outer surface, theory.md (41): 0 when
                                   ///< nothing was, infinite when none is left
+  double trapped_resin_g = 0;     ///< uncured, in sealed cavities: of Print::liquid_g_cm3, and not where Print says it is drained
   double coordinate_rounding_mm = 0;  ///< of the largest coordinate: 2^-23 of it where all are float32 values, else 2^-50
   std::vector<Criterion> criteria;
+  std::vector<std::string> meaning;  ///< what it comes to for the print, in sentences
   std::vector<std::string> notes;
   bool pass() const;  ///< every criterion passes
 };
@@ -96,10 +116,13 @@ struct FloatVerdict : Verdict {
 ///   no_islands          0
 ///   wall                only with a cavity and spec.print.wall_mm > 0: smallest wall over spec.print.wall_mm, at the cavities'
 ///                       vertices
+///   trapped_resin       g, only of a Print with a liquid that is not drained, and a closed mesh: trapped_resin_g, 0
 ///   mass_error          relative to the displaced mass
 ///   offset              over the diagonal
 ///   metacentric_height  mm, at least 1e-4 of the diagonal: below that floating_rest takes a body for neutral
 ///   settled_tilt        rad; NaN, which fails, unless all releases come to rest
+///   reserve             only where settled_tilt is met: the same with 1 % more plastic, within the same limit; a note tells when
+///                       3 % are too much
 ///
 /// With an original, its triangles are the outer surface (existing cavities included) and all others form cavity shells and islands
 /// by their orientation and the winding number around them; without one, nesting decides for all. Mass and displacement are those
@@ -115,13 +138,21 @@ Figures state_figures(const Mesh& mesh, const FloatSpec& spec, const Limits& lim
 /// The state of a body at a waterline, for the "before" column. `settle` false skips the releases.
 FloatState float_state(const Mesh& mesh, const FloatSpec& spec, const Limits& limits, bool settle, const Progress& progress = {});
 
+/// What a verdict says of the scatter of prints: the centre of mass may lie this far from where the mesh has it.
+/// 0.1 mm, or 5e-4 of the diagonal of the bounding box if that is more.
+double print_scatter_mm(double diagonal_mm);
+
 struct SpinVerdict : Verdict {
   SpinSpec spec;  ///< as in FloatVerdict
   SpinState state;
+  double scatter_mm = 0;  ///< print_scatter_mm
+  /// Of a top that is balanced about its axis and has a range of stable speeds: by how much its axis leans, at the speed of the
+  /// simulation, with the centre of mass that far beside it (off_balance_tilt_rad).
+  std::optional<double> scatter_tilt_rad;
 };
 
 /// Judges a delivered mesh, as the judge of floating does, by whether it spins. Criteria, in this order: closed, outer_unchanged,
-/// no_islands and wall as there, then
+/// no_islands, wall and trapped_resin as there, then
 ///   offset         distance of the centre of mass from the axis, over the diagonal
 ///   centre         only of a yo-yo: distance of the centre of mass from contact_mm, over the diagonal
 ///   axis_angle     rad
@@ -158,10 +189,12 @@ struct StandState {
 struct StandVerdict : Verdict {
   StandSpec spec;  ///< as in FloatVerdict
   StandState state;
+  double scatter_mm = 0;                   ///< print_scatter_mm
+  double scattered_tipping_angle_rad = 0;  ///< the smallest one with the centre of mass that much nearer to the edge
 };
 
 /// Judges a delivered mesh, as the judge of floating does, by whether it stands. Criteria, in this order: closed, outer_unchanged,
-/// no_islands and wall as there, then
+/// no_islands, wall and trapped_resin as there, then
 ///   supported  corners of the support polygon: at least 3
 ///   inside     smallest tipping angle, rad
 ///   offset     only with a target: over the diagonal
@@ -186,8 +219,8 @@ struct TargetVerdict : Verdict {
 };
 
 /// Judges a delivered mesh, as the judge of floating does, by its mass, centre of mass and inertia. Criteria, in this order:
-/// closed, outer_unchanged, no_islands and wall as there, then one for every wanted number, named by inertial_name: its deviation,
-/// relative as InertialDeviation says.
+/// closed, outer_unchanged, no_islands, wall and trapped_resin as there, then one for every wanted number, named by inertial_name:
+/// its deviation, relative as InertialDeviation says.
 /// @throws Error{usage} for a goal that makes no sense; otherwise as verify_float
 TargetVerdict verify(const Mesh& delivered, const Mesh* original, const TargetSpec& spec, const Limits& limits = {},
                      const Progress& progress = {});

@@ -9,7 +9,8 @@ namespace rayrep {
 struct Material {
   std::string name;  ///< lower case, as given to --material
   double density_g_cm3;
-  std::string source;  ///< where the figure is from
+  std::string source;       ///< where the figure is from
+  double liquid_g_cm3 = 0;  ///< of a material printed from a liquid: its density before it is cured, of what a sealed cavity keeps
 };
 
 /// All known materials, by name.

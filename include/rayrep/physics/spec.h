@@ -20,6 +20,8 @@ namespace rayrep {
 struct Print {
   double density_g_cm3 = 1.24;  ///< of the printed material
   double wall_mm = 1.2;         ///< smallest distance of a cavity to the surface; for a judge 0: the wall is not judged
+  double liquid_g_cm3 = 0;      ///< of what stays uncured in a sealed cavity, see Material; 0: nothing does
+  bool drained = false;         ///< nothing does all the same: the cavities are drained after the print, and closed again
 };
 
 /// Floats upright.
@@ -32,12 +34,13 @@ struct FloatSpec {
   Print print;
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< direction of the mesh that shall point up; need not be a unit vector
   double fluid_g_cm3 = 1.0;
-  /// Of the fluid's surface above the lowest point along `up`. With neither this nor the next: a maker searches it, see
+  /// Of the fluid's surface above the lowest point along `up`. With neither this nor the next two: a maker searches it, see
   /// best_waterline; a judge takes the one at which the body displaces its own mass.
   std::optional<double> waterline_mm;
-  std::optional<double> submerged_fraction;  ///< of the height
-  double reserve = 0.05;                     ///< part of the displaceable volume that a searched waterline leaves dry at least
-  bool waterline_searched = false;           ///< said by a maker: waterline_mm was found by search
+  std::optional<double> submerged_fraction;         ///< of the height: this much of it under the fluid; 0 to 1
+  std::optional<double> submerged_volume_fraction;  ///< or of the volume of the hull (see outer_hull)
+  double reserve = 0.05;            ///< part of the displaceable volume that a searched waterline leaves dry at least
+  bool waterline_searched = false;  ///< said by a maker: waterline_mm was found by search
 };
 
 /// Spins stably about an axis as a top, or as a yo-yo.

@@ -45,6 +45,10 @@ struct Top {
 /// Not checked: that the three moments are those of a body (each at most the sum of the others).
 std::vector<SpeedRange> stable_speeds(const Top& top, Tip tip, double gravity_mm_s2 = 9806.65);
 
+/// The angle by which a top that spins steadily on a sliding tip leans when its centre of mass lies `offset_mm` beside the axis, to
+/// first order: M g e / min(|A|, |B|), with A and B as in stable_speeds; theory.md (21a). Infinite where one of them vanishes.
+double off_balance_tilt_rad(const Top& top, double offset_mm, double speed_rad_s, double gravity_mm_s2 = 9806.65);
+
 /// A body on its spin axis.
 struct SpinState {
   MassProperties body;

@@ -14,6 +14,8 @@ namespace rayrep {
 /// What a report says of a mesh that was read.
 struct InputSummary {
   std::string path;
+  std::size_t body = 0;    ///< which of the file's bodies it is, from 1; 0: the whole file
+  std::size_t bodies = 0;  ///< of how many
   std::string format;
   double mm_per_unit = 1;  ///< of the file
   double scale = 1;        ///< applied after that (--size)
@@ -42,9 +44,12 @@ struct RunReport {
 /// numbers are null.
 std::string to_json(const RunReport& report);
 
-/// The same for a terminal: what came in, before and after side by side (of a verify run: after alone), verdict per criterion,
-/// proof. @param verbose  also stages and timings
+/// The same for a terminal: what came in, what came of it in words, then in figures, before and after side by side (of a verify
+/// run: after alone), verdict per criterion. @param verbose  also how the solver came to it, proof, stages and timings
 std::string to_text(const RunReport& report, bool verbose);
+
+/// How the output is to be printed, in a line or two; empty of a verify run.
+std::string printing_text(const RunReport& report);
 
 /// Of `rayrep inspect`. `mass` is null for a mesh that is not usable.
 struct Inspection {
