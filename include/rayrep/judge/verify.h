@@ -119,7 +119,7 @@ struct FloatVerdict : Verdict {
 ///   trapped_resin       g, only of a Print with a liquid that is not drained, and a closed mesh: trapped_resin_g, 0
 ///   mass_error          relative to the displaced mass
 ///   offset              over the diagonal
-///   metacentric_height  mm, at least 1e-4 of the diagonal: below that floating_rest takes a body for neutral
+///   metacentric_height  mm, at least 1e-5 of the diagonal
 ///   settled_tilt        rad; NaN, which fails, unless all releases come to rest
 ///   reserve             only where settled_tilt is met: the same with 1 % more plastic, within the same limit; a note tells when
 ///                       3 % are too much

@@ -36,7 +36,7 @@ struct WaterlineState {
 
 WaterlineState at_waterline(const FloatProblem& problem, double waterline_mm);
 
-/// Whether the body with the lowest centre of mass floats upright there: the metacentric height is at least 2e-4 of the diagonal
+/// Whether the body with the lowest centre of mass floats upright there: the metacentric height is at least 2e-5 of the diagonal
 /// (a judge asks for half of that), and let go tilted by 10 degrees in four directions it comes back upright, dry.
 bool comes_back(const FloatProblem& problem, const WaterlineState& state);
 
