@@ -19,7 +19,9 @@ using Eigen::Vector3d;
 
 // All of the diagonal.
 constexpr double kLeastTolerance = 1e-9;
-constexpr double kMostTolerance = 1e-5;  ///< what is nearer than this nobody means to be apart
+constexpr double kTolerance = 1e-5;        ///< what is nearer than this nobody means to be apart
+constexpr double kMostTolerance = 1e-4;    ///< nor this, where joining it costs no triangle
+constexpr double kRepairTolerance = 1e-3;  ///< a guess
 constexpr double kSmallHole = 2e-2;
 constexpr double kThinnest = 1e-5;  ///< what is thinner on the mean than this after its holes were closed has no volume
 
@@ -48,22 +50,24 @@ public:
   }
 
   /// With the smallest tolerances that help. Corners first: one beside another is no T-junction.
-  void join_rims() {
-    at_rising_tolerances([this](double tolerance) {
-      const Stepped welded = with_welded_rims(mesh_, rims_, tolerance, progress_);
-      if (welded.count == 0 || !take(welded.mesh)) return;
+  void join_rims(bool repair) {
+    const double most = repair ? kRepairTolerance : kMostTolerance;
+    at_rising_tolerances(most, [this](double relative) {
+      const Stepped welded = with_welded_rims(mesh_, rims_, relative * diagonal_, progress_);
+      const bool costs = welded.mesh.triangles.size() < mesh_.triangles.size();
+      if (welded.count == 0 || (costs && relative > 2 * kTolerance) || !take(welded.mesh)) return;
       result_.report.corners_joined += welded.count;
-      result_.report.joined_within = tolerance;
+      result_.report.joined_within = relative * diagonal_;
     });
-    at_rising_tolerances([this](double tolerance) {
-      const Stepped split = with_split_rims(mesh_, rims_, tolerance, progress_);
+    at_rising_tolerances(kTolerance, [this](double relative) {
+      const Stepped split = with_split_rims(mesh_, rims_, relative * diagonal_, progress_);
       if (split.count > 0 && take(split.mesh)) result_.report.sides_split += split.count;
     });
   }
 
   void drop_sheets(bool repair) {
     if (rims_.closed()) return;
-    SheetsDropped dropped = without_sheets(mesh_, {kMostTolerance * diagonal_, repair}, progress_);
+    SheetsDropped dropped = without_sheets(mesh_, {kTolerance * diagonal_, repair}, progress_);
     if (dropped.triangles == 0 || dropped.mesh.triangles.empty() || !take(dropped.mesh)) return;
     inside_ = dropped.inside;
     result_.report.sheets_dropped = dropped.strays + dropped.fins + dropped.walls;
@@ -87,7 +91,7 @@ public:
     std::vector<Hole> bent;
     std::vector<Hole> left;
     for (const Hole& hole : holes) {
-      if (hole.bulge <= std::max(kMostTolerance * diagonal_, kFlatHole * hole.size) && !hole.normal.isZero())
+      if (hole.bulge <= std::max(kTolerance * diagonal_, kFlatHole * hole.size) && !hole.normal.isZero())
         flat.push_back(hole);
       else if (repair || hole.size <= kSmallHole * diagonal_)
         bent.push_back(hole);
@@ -103,18 +107,20 @@ public:
       for (const int v : t) box.extend(mesh_.vertices[v]);
     const double volume_before = volume_from(box.center(), mesh_);
     const std::size_t before = mesh_.triangles.size();
-    close_flat(flat, kMostTolerance * diagonal_, mesh_, progress_);
+    close_flat(flat, kTolerance * diagonal_, mesh_, progress_);
+    bool guessed = false;
     for (const Hole& hole : bent) {
       progress_.check();
       close_bent(hole, mesh_);
-      result_.report.repaired = result_.report.repaired || hole.size > kSmallHole * diagonal_;
+      guessed = guessed || hole.size > kSmallHole * diagonal_;
     }
+    result_.report.repaired = guessed;
     result_.report.holes_closed = holes.size();
     result_.report.triangles_added = mesh_.triangles.size() - before;
     const double area = area_of(mesh_, before);
     area_changed_ += area;
     const Hole& longest = longest_of(holes);
-    const char* kinds = result_.report.repaired ? "" : bent.empty() ? "flat " : flat.empty() ? "small " : "flat or small ";
+    const char* kinds = guessed ? "" : bent.empty() ? "flat " : flat.empty() ? "small " : "flat or small ";
     const std::size_t count = result_.report.triangles_added;
     closed_words_ =
         concat(plural(holes.size(), concat(kinds, "hole was").c_str(), concat(kinds, "holes were").c_str()), " closed by ",
@@ -129,6 +135,7 @@ public:
   FirstAid result(const Mesh& given) {
     if (result_.left.empty() && rims_.closed() && !walls_are_inside())
       result_.left = "sheets hang on it that are not inside the material";
+    result_.report.repaired = result_.report.repaired || result_.report.joined_within > 2 * kMostTolerance * diagonal_;
     result_.closed = rims_.closed() && result_.left.empty();
     if (!result_.closed) return {given, false, {}, {}, result_.left};
     FirstAidReport& report = result_.report;
@@ -141,9 +148,8 @@ public:
 
 private:
   template <typename Step>
-  void at_rising_tolerances(const Step& step) {
-    for (double relative = kLeastTolerance; relative < 1.5 * kMostTolerance && !rims_.closed(); relative *= 10)
-      step(relative * diagonal_);
+  void at_rising_tolerances(double most, const Step& step) {
+    for (double relative = kLeastTolerance; relative < 2 * most && !rims_.closed(); relative *= 10) step(relative);
   }
 
   /// Goes on with a mesh if less of it is open.
@@ -216,7 +222,7 @@ private:
       add(concat(plural(report.sides_split, "side of a triangle was split", "sides of triangles were split"),
                  " at corners of others that lie on ", report.sides_split == 1 ? "it" : "them", " (T-junctions)."));
     add(dropped_words_);
-    if (report.repaired)
+    if (report.repaired && !closed_words_.empty())
       result_.notes.push_back(concat("Repair: ", closed_words_, " The volume has changed by ", percent(report.volume_change), "."));
     else
       add(closed_words_);
@@ -237,7 +243,7 @@ private:
 
 FirstAid first_aid(const Mesh& mesh, bool repair, const Progress& progress) {
   Aid aid(mesh, progress);
-  aid.join_rims();
+  aid.join_rims(repair);
   aid.drop_sheets(repair);
   aid.close_holes(repair);
   return aid.result(mesh);

@@ -525,6 +525,18 @@ CheckedMesh mended(const CheckedMesh& before, FirstAid&& aid, CheckedMesh&& afte
   return result;
 }
 
+/// What CheckOptions::repair would do, for a refusal.
+std::string repair_words(const FirstAidReport& aid) {
+  std::string words;
+  if (aid.corners_joined > 0)
+    words = concat("joins ", plural(aid.corners_joined, "corner", "corners"), " with others up to ", shown(aid.joined_within, 2),
+                   " away");
+  if (aid.holes_closed > 0)
+    words += concat(words.empty() ? "" : " and ", "closes ", plural(aid.holes_closed, "hole", "holes"), ": ",
+                    shown(100 * aid.surface_change, 2), " % of the surface would be new or gone");
+  return concat(" --repair closes the surface by a guess: it ", words, ". Try it, and look at the result.");
+}
+
 /// After first aid; none where it does not make the mesh usable. @param left  what is open then
 std::optional<CheckedMesh> aided(const CheckedMesh& before, const CheckOptions& options, const Progress& progress,
                                  std::string* left) {
@@ -554,8 +566,7 @@ CheckedMesh check_mesh(const Mesh& mesh, const CheckOptions& options, const Prog
       const CheckOptions repair{.self_intersections = false, .repair = true};
       if (const std::optional<CheckedMesh> repaired = aided(checked, repair, progress, &left)) {
         report.repairable = true;
-        report.refusal += concat(" --repair closes it, by a guess: ", shown(100 * repaired->report.first_aid.surface_change, 2),
-                                 " % of the surface would be new or gone. Try it, and look at the result.");
+        report.refusal += repair_words(repaired->report.first_aid);
         return checked;
       }
     }

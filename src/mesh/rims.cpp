@@ -20,14 +20,20 @@ bool comes_first(const Vector3d& a, const Vector3d& b) {
   return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
 }
 
-/// found[n] = what is near the n-th of `count` segments; in parallel, with a look at the progress now and then.
+/// found[n] = what is near the n-th of `count` segments; in parallel, with a look at the progress now and then. Nothing where that
+/// is so much that the tolerance must be too large: as when all of a mesh is small beside a stray far away.
 template <typename Find>
 std::vector<std::vector<int>> found_near(std::size_t count, const Progress& progress, const Find& find) {
-  constexpr std::size_t kBatch = 1 << 14;
+  constexpr std::size_t kBatch = 256;
+  const std::size_t most = 100 * count + 20'000'000;
   std::vector<std::vector<int>> found(count);
+  std::size_t sum = 0;
   for (std::size_t begin = 0; begin < count; begin += kBatch) {
     progress.check();
-    tbb::parallel_for(begin, std::min(begin + kBatch, count), [&](std::size_t n) { find(n, found[n]); });
+    const std::size_t end = std::min(begin + kBatch, count);
+    tbb::parallel_for(begin, end, [&](std::size_t n) { find(n, found[n]); });
+    for (std::size_t n = begin; n < end; ++n) sum += found[n].size();
+    if (sum > most) return {};
   }
   return found;
 }

@@ -22,6 +22,11 @@ constexpr double kNear = 1e-3;
 /// Strays that are more of the surface than this are not strays.
 constexpr double kMostOfSurface = 0.1;
 
+/// Sheets that meet at less of an angle than this, rad, go straight on.
+constexpr double kStraight = 1e-3;
+/// So many planes bound no body.
+constexpr std::size_t kTooFewPlanes = 3;
+
 /// A patch of triangles, and how it hangs on others.
 struct Sheet {
   std::vector<int> triangles;
@@ -59,10 +64,7 @@ double turned_by(double from, double to) {
 class Sheets {
 public:
   explicit Sheets(const Mesh& mesh) : mesh_(mesh) {
-    Mesh oriented = mesh;
-    const Orientation orientation = orient_neighbours(oriented);
-    patch_ = orientation.patch;
-    sheets_.resize(static_cast<std::size_t>(orientation.patches));
+    join_patches();
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       Sheet& sheet = sheets_[patch_[t]];
       const double area = 0.5 * (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm();
@@ -95,6 +97,31 @@ public:
   }
 
 private:
+  /// Patches, joined where they go straight on across others: walls that cross.
+  void join_patches() {
+    Mesh oriented = mesh_;
+    const Orientation orientation = orient_neighbours(oriented);
+    UnionFind joined(orientation.patches);
+    for_each_edge(mesh_, [&](auto begin, auto end) {
+      if (end - begin < 4 || edge_balance(begin, end) != 0) return;
+      const Around around(mesh_.vertices[begin->low], mesh_.vertices[begin->high]);
+      for (auto use = begin; use != end; ++use)
+        for (auto other = use + 1; other != end; ++other) {
+          const double turn = turned_by(around.angle(third(*use)), around.angle(third(*other)));
+          if (use->direction != other->direction && std::abs(turn - std::numbers::pi) < kStraight)
+            joined.unite(orientation.patch[use->triangle], orientation.patch[other->triangle]);
+        }
+    });
+    std::vector<int> number(static_cast<std::size_t>(orientation.patches), -1);
+    int count = 0;
+    for (const int patch : orientation.patch) {
+      int& n = number[joined.root(patch)];
+      if (n < 0) n = count++;
+      patch_.push_back(n);
+    }
+    sheets_.resize(static_cast<std::size_t>(count));
+  }
+
   template <typename Use>
   void look_at(Use begin, Use end) {
     const int total = edge_balance(begin, end);
@@ -185,7 +212,8 @@ std::vector<int> strays(const Mesh& mesh, const Sheets& sheets, const SheetOptio
       result.push_back(alone[n]);
       area += sheets.all()[alone[n]].area;
     }
-  if (area > kMostOfSurface * all) result.clear();
+  const auto planes = std::count_if(groups.begin(), groups.end(), [](const auto& group) { return !group.empty(); });
+  if (static_cast<std::size_t>(planes) > kTooFewPlanes && area > kMostOfSurface * all) result.clear();
   return result;
 }
 

@@ -29,8 +29,9 @@ struct SheetOptions {
 /// Drops sheets (patches of triangles joined over edges of two) without which the surface is balanced at all edges around them:
 /// - inside the corner of material that the two others at an edge of three form, at most of its length: an internal wall;
 /// - flat ones at edges of more than two triangles;
-/// - flat ones that hang on nothing, unless several near each other are no plane together, or they make up more than a tenth of
-///   the surface: then they may be what is left of a body.
+/// - flat ones that hang on nothing, unless several near each other are no plane together, or more than three make up more than a
+///   tenth of the surface: then they may be what is left of a body.
+/// Patches that go straight on across others count as one.
 /// @param mesh  vertices merged, neighbours oriented
 /// @throws Error{interrupted}
 SheetsDropped without_sheets(const Mesh& mesh, const SheetOptions& options, const Progress& progress);

@@ -262,6 +262,72 @@ TEST(FirstAid, LeavesOutWallsInside) {
   }
 }
 
+TEST(FirstAid, LeavesOutWallsThatCross) {
+  const Mesh block = polycubes({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, 3);
+  Random random(16);
+  for (int turned = 0; turned < 4; ++turned) {
+    Mesh mesh = block;
+    const auto add = [&](const std::array<Vector3d, 4>& corners, bool back) {
+      std::vector<int> loop;
+      for (const Vector3d& p : corners)
+        loop.push_back(static_cast<int>(std::find(mesh.vertices.begin(), mesh.vertices.end(), 3 * p) - mesh.vertices.begin()));
+      if (back) std::reverse(loop.begin(), loop.end());
+      append_triangulated(loop, mesh);
+    };
+    for (int n = 0; n < 2; ++n) {
+      add({Vector3d(1, n, 0), Vector3d(1, n + 1, 0), Vector3d(1, n + 1, 1), Vector3d(1, n, 1)}, turned % 2 == 1);
+      add({Vector3d(n, 1, 0), Vector3d(n + 1, 1, 0), Vector3d(n + 1, 1, 1), Vector3d(n, 1, 1)}, turned / 2 == 1);
+    }
+    const CheckedMesh checked =
+        expect_mended(rotated(mesh, random_rotation(static_cast<std::uint64_t>(turned))), 108, 1e-9, random);
+    EXPECT_EQ(checked.mesh.triangles.size(), block.triangles.size());
+  }
+}
+
+TEST(FirstAid, LeavesOutSheetsThatTouchNothing) {
+  Random random(17);
+  const auto sheet = [](double at, double from, double to) {
+    Mesh mesh;
+    mesh.vertices = {{from, from, at}, {to, from, at}, {to, to, at}, {from, to, at}};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    return mesh;
+  };
+  const Mesh cube = box({0, 0, 0}, {10, 10, 10});
+  expect_mended(merged({cube, sheet(5, 0, 10)}), 1000, 1e-12, random);    // a wall whose rim lies in the faces
+  expect_mended(merged({cube, sheet(5, 3, 7)}), 1000, 1e-12, random);     // inside
+  expect_mended(merged({cube, sheet(5, -10, 20)}), 1000, 1e-12, random);  // across
+  expect_mended(merged({cube, sheet(0, -20, 40)}), 1000, 1e-12, random);  // the ground
+}
+
+TEST(FirstAid, CornersFartherApart) {
+  Random random(18);
+  for (std::uint64_t seed = 0; seed < 14; ++seed) {
+    SCOPED_TRACE(seed);
+    const Mesh mesh = placed(solid(seed), random, seed);
+    expect_mended(jittered(mesh, 5e-5, random), volume(mesh), 1e-3, random);
+    const Mesh broken = jittered(mesh, 7e-4, random);
+    const CheckedMesh refused = check_mesh(broken);
+    EXPECT_FALSE(refused.report.usable);
+    EXPECT_TRUE(refused.report.repairable) << refused.report.refusal;
+    EXPECT_TRUE(mentions(refused.report.refusal, {"--repair closes the surface by a guess: it joins "}));
+    const CheckedMesh repaired = check_mesh(broken, {.repair = true});
+    EXPECT_TRUE(repaired.report.first_aid.repaired);
+    EXPECT_NEAR(volume(repaired.mesh) / volume(mesh), 1, 1e-2);
+  }
+}
+
+TEST(FirstAid, AStrayFarAwayDoesNotDrawABodyTogether) {
+  Random random(19);
+  Mesh mesh = jittered(icosphere(1, 5), 1e-7, random);
+  const Mesh triangle = moved(unit_tetrahedron(), {1e7, 0, 0});
+  append(mesh, triangle);
+  mesh.triangles.resize(mesh.triangles.size() - 3);
+  const CheckedMesh checked = check_mesh(mesh);
+  if (checked.report.usable) {
+    EXPECT_NEAR(volume(checked.mesh) / volume(icosphere(1, 5)), 1, 1e-5);
+  }
+}
+
 TEST(FirstAid, ALidOverAHollow) {
   // Which of lid and hollow is surface the lid's way round tells: the solid is where the winding number is positive.
   const Mesh bowl = polycubes({{0, 0, 0},
@@ -389,8 +455,8 @@ TEST(FirstAid, ABentHoleIsClosedOnRequestOnly) {
     EXPECT_TRUE(refused.report.repairable);
     EXPECT_FALSE(refused.report.first_aid);
     EXPECT_TRUE(triangles_of(refused.mesh) == triangles_of(open));
-    EXPECT_TRUE(mentions(refused.report.refusal,
-                         {"1 hole that is neither flat nor small", " around, near (", "--repair closes it, by a guess"}));
+    EXPECT_TRUE(mentions(refused.report.refusal, {"1 hole that is neither flat nor small", " around, near (",
+                                                  "--repair closes the surface by a guess: it closes 1 hole: "}));
 
     const CheckedMesh repaired = check_mesh(open, {.repair = true});
     ASSERT_TRUE(repaired.report.usable) << repaired.report.refusal;

@@ -78,10 +78,10 @@ struct CheckedMesh {
 /// closed components and self-intersections are allowed: the solid is where the winding number is positive.
 ///
 /// A surface that is closed is left as it is. One that is not gets first aid, theory.md (42), which guesses nothing: corners of
-/// open edges within 1e-5 of the diagonal are joined (within as little as helps), triangles split at corners that lie on their open
-/// sides; sheets that bound nothing dropped; holes closed that are flat (to 1e-3 of their size) or small (2 % of the diagonal),
-/// with `repair` all. If that does not close the surface the mesh is left as it was, and `refusal` says what is missing. The result
-/// does not depend on the order of the triangles.
+/// open edges within 1e-5 of the diagonal are joined (within as little as helps; 1e-4 if no triangle is lost), triangles split at
+/// corners that lie on their open sides; sheets that bound nothing dropped; holes closed that are flat (to 1e-3 of their size) or
+/// small (2 % of the diagonal), with `repair` all. If that does not close the surface the mesh is left as it was, and `refusal`
+/// says what is missing. The result does not depend on the order of the triangles.
 /// @throws Error{interrupted}
 CheckedMesh check_mesh(const Mesh& mesh, const CheckOptions& options = {}, const Progress& progress = {});
 
