@@ -49,26 +49,35 @@ public:
     diagonal_ = bounding_box(mesh).diagonal().norm();
   }
 
-  /// With the smallest tolerances that help. Corners first: one beside another is no T-junction.
+  /// With the smallest tolerances that help. Corners that are farther apart than T-junctions may be off their sides are joined
+  /// before these are split, if that leaves less open: one corner beside another is no T-junction.
   void join_rims(bool repair) {
-    const double most = repair ? kRepairTolerance : kMostTolerance;
-    at_rising_tolerances(most, [this](double relative) {
-      const Stepped welded = with_welded_rims(mesh_, rims_, relative * diagonal_, progress_);
-      const bool costs = welded.mesh.triangles.size() < mesh_.triangles.size();
-      if (welded.count == 0 || (costs && relative > 2 * kTolerance) || !take(welded.mesh)) return;
-      result_.report.corners_joined += welded.count;
-      result_.report.joined_within = relative * diagonal_;
+    const Mesh given = mesh_;
+    const Rims given_rims = rims_;
+    at_tolerances(kLeastTolerance, kTolerance, [this](double relative) {
+      const std::size_t before = rims_.edges.size();
+      weld(relative, false);
+      const bool under_way = rims_.edges.size() < before && 2 * rims_.edges.size() > before;
+      if (!under_way) split(relative, 0.5);
     });
-    at_rising_tolerances(kTolerance, [this](double relative) {
-      const Stepped split = with_split_rims(mesh_, rims_, relative * diagonal_, progress_);
-      if (split.count > 0 && take(split.mesh)) result_.report.sides_split += split.count;
-    });
+    at_tolerances(kLeastTolerance, kTolerance, [this](double relative) { split(relative, 1); });
+    if (rims_.closed()) return;
+    const Mesh near = std::exchange(mesh_, given);
+    const Rims near_rims = std::exchange(rims_, given_rims);
+    const FirstAidReport near_report = std::exchange(result_.report, {});
+    at_tolerances(kLeastTolerance, kTolerance, [this](double relative) { weld(relative, false); });
+    at_tolerances(kMostTolerance, repair ? kRepairTolerance : kMostTolerance, [this](double relative) { weld(relative, true); });
+    at_tolerances(kLeastTolerance, kTolerance, [this](double relative) { split(relative, 1); });
+    if (rims_.edges.size() < near_rims.edges.size()) return;
+    mesh_ = near;
+    rims_ = near_rims;
+    result_.report = near_report;
   }
 
   void drop_sheets(bool repair) {
     if (rims_.closed()) return;
     SheetsDropped dropped = without_sheets(mesh_, {kTolerance * diagonal_, repair}, progress_);
-    if (dropped.triangles == 0 || dropped.mesh.triangles.empty() || !take(dropped.mesh)) return;
+    if (dropped.triangles == 0 || dropped.mesh.triangles.empty() || !take(dropped.mesh, 1)) return;
     inside_ = dropped.inside;
     result_.report.sheets_dropped = dropped.strays + dropped.fins + dropped.walls;
     result_.report.triangles_dropped = dropped.triangles;
@@ -147,19 +156,37 @@ public:
   }
 
 private:
+  /// While the surface is open, at tolerances of the diagonal that rise tenfold.
   template <typename Step>
-  void at_rising_tolerances(double most, const Step& step) {
-    for (double relative = kLeastTolerance; relative < 2 * most && !rims_.closed(); relative *= 10) step(relative);
+  void at_tolerances(double least, double most, const Step& step) {
+    for (double relative = least; relative < 2 * most && !rims_.closed(); relative *= 10) step(relative);
   }
 
-  /// Goes on with a mesh if less of it is open.
-  bool take(const Mesh& next) {
+  /// @param keep_all  only if no triangle is lost
+  void weld(double relative, bool keep_all) {
+    const Stepped welded = with_welded_rims(mesh_, rims_, relative * diagonal_, progress_);
+    const bool loses = welded.mesh.triangles.size() < mesh_.triangles.size();
+    if (welded.count == 0 || (keep_all && loses) || !take(welded.mesh, 1)) return;
+    result_.report.corners_joined += welded.count;
+    result_.report.joined_within = relative * diagonal_;
+  }
+
+  void split(double relative, double most_left) {
+    if (rims_.closed()) return;
+    const Stepped split = with_split_rims(mesh_, rims_, relative * diagonal_, progress_);
+    if (split.count > 0 && take(split.mesh, most_left)) result_.report.sides_split += split.count;
+  }
+
+  /// Goes on with a mesh if less of it is open: of the edges less than a part `most_left`, or all in all a shorter length.
+  bool take(const Mesh& next, double most_left) {
     progress_.check();
     Mesh oriented = next;
     orient_neighbours(oriented);
     progress_.check();
     Rims rims = rims_of(oriented);
-    if (rims.edges.size() >= rims_.edges.size() && !(rims.length < 0.999 * rims_.length)) return false;
+    const bool fewer = static_cast<double>(rims.edges.size()) < most_left * static_cast<double>(rims_.edges.size());
+    const bool shorter = most_left == 1 && rims.length < 0.999 * rims_.length;
+    if (!fewer && !shorter) return false;
     mesh_ = std::move(oriented);
     rims_ = std::move(rims);
     return true;
