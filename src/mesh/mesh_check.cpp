@@ -10,12 +10,15 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "base/text.h"
 #include "base/union_find.h"
 #include "mesh/close_pairs.h"
+#include "mesh/first_aid.h"
 #include "mesh/mesh_edges.h"
+#include "mesh/orientation.h"
 #include "mesh/predicates.h"
 #include "mesh/shells.h"
 #include "rayrep/base/error.h"
@@ -206,100 +209,9 @@ Dropped drop_superfluous(Mesh& mesh, std::vector<bool>& is_flat, const std::vect
 
 // ------------------------------------------------------------------------------------------------------------- orientation
 
-/// Pieces of a surface that can be turned on their own without opening an edge.
-struct Shells {
-  std::vector<int> of_triangle;  ///< numbered by first appearance
-  int count = 0;
-  std::vector<bool> turned;  ///< triangles turned to agree with their neighbours
-  Defect one_sided;          ///< patches like a Moebius strip: no orientation makes the neighbours agree
-};
-
-/// Turns triangles so that the two of every manifold edge agree, keeping the orientation of the majority in each patch, and joins
-/// patches that balance each other over non-manifold edges.
-Shells orient_neighbours(Mesh& mesh) {
-  const int n = static_cast<int>(mesh.triangles.size());
-  struct Neighbour {
-    int triangle;
-    bool agrees;
-  };
-  std::vector<std::array<Neighbour, 3>> neighbours(n, {Neighbour{-1, true}, Neighbour{-1, true}, Neighbour{-1, true}});
-  std::vector<int> degree(n, 0);
-  for_each_edge(mesh, [&](auto begin, auto end) {
-    if (end - begin != 2) return;
-    const int a = begin->triangle, b = (begin + 1)->triangle;
-    const bool agrees = begin->direction != (begin + 1)->direction;
-    neighbours[a][degree[a]++] = {b, agrees};
-    neighbours[b][degree[b]++] = {a, agrees};
-  });
-
-  Shells shells;
-  shells.turned.assign(n, false);
-  std::vector<int> patch(n, -1);
-  std::vector<bool> against(n, false);  // the first triangle of its patch
-  std::vector<int> members;
-  int patches = 0;
-  for (int first = 0; first < n; ++first) {
-    if (patch[first] >= 0) continue;
-    members.assign(1, first);
-    patch[first] = patches;
-    std::size_t turned = 0;
-    bool one_sided = false;
-    for (std::size_t m = 0; m < members.size(); ++m) {
-      const int t = members[m];
-      turned += against[t];
-      for (int k = 0; k < degree[t]; ++k) {
-        const auto [other, agrees] = neighbours[t][k];
-        const bool turn = against[t] == agrees;
-        if (patch[other] < 0) {
-          patch[other] = patches;
-          against[other] = turn;
-          members.push_back(other);
-        } else if (against[other] != turn && !one_sided) {
-          one_sided = true;
-          note_first(shells.one_sided, centroid(mesh, static_cast<std::size_t>(other)));
-        }
-      }
-    }
-    ++patches;
-    if (one_sided || turned == 0) continue;
-    const bool turn_value = 2 * turned <= members.size();
-    for (const int t : members)
-      if (against[t] == turn_value) {
-        std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
-        shells.turned[t] = true;
-      }
-  }
-
-  UnionFind joined(patches);
-  std::vector<std::pair<int, int>> net;  // patch, its balance over one edge
-  for_each_edge(mesh, [&](auto begin, auto end) {
-    if (end - begin <= 2) return;
-    net.clear();
-    for (auto use = begin; use != end; ++use) net.emplace_back(patch[use->triangle], use->direction);
-    std::sort(net.begin(), net.end());
-    int previous = -1;
-    for (std::size_t i = 0; i < net.size();) {
-      const int p = net[i].first;
-      int sum = 0;
-      for (; i < net.size() && net[i].first == p; ++i) sum += net[i].second;
-      if (sum == 0) continue;
-      if (previous >= 0) joined.unite(previous, p);
-      previous = p;
-    }
-  });
-  std::vector<int> number(patches, -1);
-  shells.of_triangle.reserve(n);
-  for (int t = 0; t < n; ++t) {
-    int& shell = number[joined.root(patch[t])];
-    if (shell < 0) shell = shells.count++;
-    shells.of_triangle.push_back(shell);
-  }
-  return shells;
-}
-
 /// For each shell, the shells that contain it, ascending. Decided at the centroids of up to three of its triangles, those that look
 /// largest from above, which all have to lie inside: shells that cross are not nested.
-std::vector<std::vector<int>> containing_shells(const Mesh& mesh, const Shells& shells, const Progress& progress) {
+std::vector<std::vector<int>> containing_shells(const Mesh& mesh, const Orientation& shells, const Progress& progress) {
   std::vector<std::vector<int>> inside(shells.count);
   if (shells.count < 2) return inside;
 
@@ -341,7 +253,7 @@ std::vector<std::vector<int>> containing_shells(const Mesh& mesh, const Shells& 
 }
 
 /// Turns shells that face inward where nothing could be hollowed out, and fills in the counts and notes on nesting.
-void orient_shells(Mesh& mesh, Shells& shells, MeshReport& report, const Progress& progress) {
+void orient_shells(Mesh& mesh, Orientation& shells, MeshReport& report, const Progress& progress) {
   std::vector<double> volumes = shell_volumes(mesh, shells.of_triangle, shells.count);
   const auto inside = containing_shells(mesh, shells, progress);
   std::vector<int> order(shells.count);
@@ -472,7 +384,7 @@ std::string not_closed_refusal(const Gaps& gaps, const Defect& one_sided) {
   add(gaps.unmatched, "edge has more triangles on one side than on the other",
       "edges have more triangles on one side than on the other");
   add(one_sided, "piece has only one side, like a Moebius strip", "pieces have only one side, like a Moebius strip");
-  return "The surface is not closed, so it has no inside: " + causes + ". " + kHowToRepair;
+  return "The surface is not closed, so it has no inside: " + causes + ".";
 }
 
 std::string no_volume_refusal(const Mesh& mesh, double volume) {
@@ -483,9 +395,42 @@ std::string no_volume_refusal(const Mesh& mesh, double volume) {
                 "exported.");
 }
 
-}  // namespace
+// --------------------------------------------------------------------------------------------------------------- all together
 
-CheckedMesh check_mesh(const Mesh& mesh, const CheckOptions& options, const Progress& progress) {
+/// A mesh with its vertices merged and without triangles that have a corner twice.
+struct Cleaned {
+  Mesh mesh;
+  std::size_t points = 0;     ///< that were used before
+  std::vector<bool> is_flat;  ///< triangles of zero area although their corners differ
+  Defect degenerate;
+};
+
+Cleaned clean(const Mesh& mesh) {
+  Cleaned cleaned;
+  Mesh& m = cleaned.mesh;
+  m = with_merged_vertices(mesh);
+  cleaned.points = m.vertices.size();
+  std::size_t kept = 0;
+  cleaned.is_flat.reserve(m.triangles.size());
+  for (std::size_t t = 0; t < m.triangles.size(); ++t) {
+    const Vector3i v = m.triangles[t];
+    const bool repeated = v[0] == v[1] || v[1] == v[2] || v[2] == v[0];
+    const bool flat = !repeated && collinear(m.vertices[v[0]], m.vertices[v[1]], m.vertices[v[2]]);
+    if (repeated || flat) note_first(cleaned.degenerate, centroid(m, t));
+    if (repeated) continue;
+    m.triangles[kept++] = v;
+    cleaned.is_flat.push_back(flat);
+  }
+  m.triangles.resize(kept);
+  drop_unused_vertices(m);
+  return cleaned;
+}
+
+/// Of a surface that gets first aid self-intersections are counted after it.
+bool counted_later(const CheckOptions& options, const MeshReport& report) { return options.first_aid && report.open_edges; }
+
+/// What check_mesh finds before first aid.
+CheckedMesh examined(const Mesh& mesh, const CheckOptions& options, const Progress& progress) {
   CheckedMesh checked;
   MeshReport& report = checked.report;
   report.triangles_read = mesh.triangles.size();
@@ -501,30 +446,19 @@ CheckedMesh check_mesh(const Mesh& mesh, const CheckOptions& options, const Prog
   }
 
   Mesh& m = checked.mesh;
-  m = with_merged_vertices(mesh);
-  report.vertices_merged = used_vertices(mesh) - m.vertices.size();
-  std::size_t kept = 0;
-  std::vector<bool> is_flat;  // zero area although the corners differ
-  is_flat.reserve(m.triangles.size());
-  for (std::size_t t = 0; t < m.triangles.size(); ++t) {
-    const Vector3i v = m.triangles[t];
-    const bool repeated = v[0] == v[1] || v[1] == v[2] || v[2] == v[0];
-    const bool flat = !repeated && collinear(m.vertices[v[0]], m.vertices[v[1]], m.vertices[v[2]]);
-    if (repeated || flat) note_first(report.degenerate, centroid(m, t));
-    if (repeated) continue;
-    m.triangles[kept++] = v;
-    is_flat.push_back(flat);
-  }
-  const std::size_t repeated_corners = m.triangles.size() - kept;
-  m.triangles.resize(kept);
-  drop_unused_vertices(m);
+  Cleaned cleaned = clean(mesh);
+  m = std::move(cleaned.mesh);
+  std::vector<bool>& is_flat = cleaned.is_flat;
+  const std::size_t repeated_corners = mesh.triangles.size() - m.triangles.size();
+  report.degenerate = cleaned.degenerate;
+  report.vertices_merged = used_vertices(mesh) - cleaned.points;
   progress.check();
 
   count_edge_defects(m, report);
   const auto duplicates = duplicate_groups(m);
   for (const auto& group : duplicates)
     for (std::size_t i = 1; i < group.size(); ++i) note_first(report.duplicate, centroid(m, static_cast<std::size_t>(group[i])));
-  if (options.self_intersections) count_self_intersections(m, is_flat, report, progress);
+  if (options.self_intersections && !counted_later(options, report)) count_self_intersections(m, is_flat, report, progress);
 
   const Dropped dropped = drop_superfluous(m, is_flat, duplicates);
   if (repeated_corners + dropped.flat > 0)
@@ -548,7 +482,7 @@ CheckedMesh check_mesh(const Mesh& mesh, const CheckOptions& options, const Prog
                            " there more than once and kept: bodies that lie on each other count as one.");
   progress.check();
 
-  Shells shells = orient_neighbours(m);
+  Orientation shells = orient_neighbours(m);
   const auto turned = [&shells] { return static_cast<std::size_t>(std::count(shells.turned.begin(), shells.turned.end(), true)); };
   if (turned() > 0)
     report.notes.push_back(plural(turned(), "triangle was", "triangles were") + " turned to agree with " +
@@ -568,6 +502,76 @@ CheckedMesh check_mesh(const Mesh& mesh, const CheckOptions& options, const Prog
   }
   report.triangles_turned = turned();
   drop_unused_vertices(m);
+  return checked;
+}
+
+/// A mesh after first aid with what was found before it.
+CheckedMesh mended(const CheckedMesh& before, FirstAid&& aid, CheckedMesh&& after) {
+  CheckedMesh result{std::move(after.mesh), before.report};
+  MeshReport& report = result.report;
+  const MeshReport& now = after.report;
+  report.first_aid = aid.report;
+  report.unbalanced_edges = now.unbalanced_edges;
+  report.self_intersections = now.self_intersections;
+  report.components = now.components;
+  report.nested_components = now.nested_components;
+  report.cavities = now.cavities;
+  report.components_turned += now.components_turned;
+  report.triangles_turned += now.triangles_turned;
+  report.usable = now.usable;
+  report.refusal = now.refusal;
+  report.notes.insert(report.notes.end(), aid.notes.begin(), aid.notes.end());
+  report.notes.insert(report.notes.end(), now.notes.begin(), now.notes.end());
+  return result;
+}
+
+/// What CheckOptions::repair would do, for a refusal.
+std::string repair_words(const FirstAidReport& aid) {
+  std::string words;
+  if (aid.corners_joined > 0)
+    words = concat("joins ", plural(aid.corners_joined, "corner", "corners"), " with others up to ", shown(aid.joined_within, 2),
+                   " away");
+  if (aid.holes_closed > 0)
+    words += concat(words.empty() ? "" : " and ", "closes ", plural(aid.holes_closed, "hole", "holes"), ": ",
+                    shown(100 * aid.surface_change, 2), " % of the surface would be new or gone");
+  return concat(" --repair closes the surface by a guess: it ", words, ". Try it, and look at the result.");
+}
+
+/// After first aid; none where it does not make the mesh usable. @param left  what is open then
+std::optional<CheckedMesh> aided(const CheckedMesh& before, const CheckOptions& options, const Progress& progress,
+                                 std::string* left) {
+  FirstAid aid = first_aid(before.mesh, options.repair, progress);
+  *left = aid.left;
+  if (!aid.closed) return std::nullopt;
+  CheckedMesh after = examined(aid.mesh, {.self_intersections = options.self_intersections, .first_aid = false}, progress);
+  if (!after.report.usable) return std::nullopt;
+  return mended(before, std::move(aid), std::move(after));
+}
+
+}  // namespace
+
+CheckedMesh check_mesh(const Mesh& mesh, const CheckOptions& options, const Progress& progress) {
+  CheckedMesh checked = examined(mesh, options, progress);
+  MeshReport& report = checked.report;
+  if (!report.unbalanced_edges) return checked;
+  if (options.first_aid) {
+    std::string left;
+    if (std::optional<CheckedMesh> result = aided(checked, options, progress, &left)) return std::move(*result);
+    if (!left.empty()) report.refusal += " First aid cannot close it: " + left + ".";
+    if (options.self_intersections && counted_later(options, report)) {
+      const Cleaned cleaned = clean(mesh);
+      count_self_intersections(cleaned.mesh, cleaned.is_flat, report, progress);
+    }
+    if (!options.repair) {
+      const CheckOptions repair{.self_intersections = false, .repair = true};
+      if (const std::optional<CheckedMesh> repaired = aided(checked, repair, progress, &left)) {
+        report.repairable = true;
+        report.refusal += repair_words(repaired->report.first_aid);
+        return checked;
+      }
+    }
+  }
+  report.refusal += concat(" ", kHowToRepair);
   return checked;
 }
 

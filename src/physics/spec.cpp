@@ -326,7 +326,7 @@ Settings settings(SpinSpec& spec, For purpose) {
       {up_row(spec.up),
        {.name = "point",
         .value = "P",
-        .words = "contact: lowest, com (of the solid), auto, X,Y (below), X,Y,Z",
+        .words = "contact: lowest, com (of the solid), auto, X,Y or X,Y,Z",
         .details =
             "Where the tip touches the ground. lowest: the lowest point, the middle of all points at that height. com: below the "
             "solid's centre of mass, where the vertical through it leaves the mesh. auto: searched, the one about which it "

@@ -79,7 +79,21 @@ Json input_json(const InputSummary& input) {
         {"unbalanced_edges", defect(check.unbalanced_edges)},
         {"self_intersections", defect(check.self_intersections)}}},
   };
-  if (!check.usable) json["refusal"] = check.refusal;
+  const FirstAidReport& aid = check.first_aid;
+  json["first_aid"] = {{"corners_joined", aid.corners_joined},
+                       {"joined_within", aid.joined_within},
+                       {"sides_split", aid.sides_split},
+                       {"sheets_dropped", aid.sheets_dropped},
+                       {"triangles_dropped", aid.triangles_dropped},
+                       {"holes_closed", aid.holes_closed},
+                       {"triangles_added", aid.triangles_added},
+                       {"surface_change", number(aid.surface_change)},
+                       {"volume_change", number(aid.volume_change)},
+                       {"repaired", aid.repaired}};
+  if (!check.usable) {
+    json["refusal"] = check.refusal;
+    json["repairable"] = check.repairable;
+  }
   Json notes = Json::array();
   for (const std::string& note : input.notes) notes.push_back(note);
   for (const std::string& note : check.notes) notes.push_back(note);

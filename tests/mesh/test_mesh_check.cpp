@@ -492,11 +492,11 @@ TEST(MeshCheck, NestingDoesNotDependOnTheFrame) {
 
 // ----------------------------------------------------------------------------------------------------- what is refused
 
-TEST(MeshCheck, RefusesOpenSurfacesAndSaysWhere) {
+TEST(MeshCheck, WithoutFirstAidRefusesOpenSurfacesAndSaysWhere) {
   Mesh mesh = box({0, 0, 0}, {10, 10, 10});
   ASSERT_EQ(mesh.triangles[10], Vector3i(1, 3, 7));
   mesh.triangles.erase(mesh.triangles.begin() + 10);
-  const CheckedMesh checked = check_mesh(mesh);
+  const CheckedMesh checked = check_mesh(mesh, {.first_aid = false});
   EXPECT_FALSE(checked.report.usable);
   EXPECT_EQ(checked.report.open_edges.count, 3u);
   EXPECT_EQ(checked.report.unbalanced_edges.count, 3u);
@@ -506,11 +506,11 @@ TEST(MeshCheck, RefusesOpenSurfacesAndSaysWhere) {
   EXPECT_TRUE(mentions(checked.report.refusal, "Repair the model"));
 }
 
-TEST(MeshCheck, AFinInTheSurfaceIsRefused) {
+TEST(MeshCheck, WithoutFirstAidAFinInTheSurfaceIsRefused) {
   Mesh mesh = box({0, 0, 0}, {1, 1, 1});
   mesh.vertices.emplace_back(2, 2, 2);
   mesh.triangles.emplace_back(1, 3, 8);
-  const CheckedMesh checked = check_mesh(mesh);
+  const CheckedMesh checked = check_mesh(mesh, {.first_aid = false});
   EXPECT_FALSE(checked.report.usable);
   EXPECT_EQ(checked.report.non_manifold_edges.count, 1u);
   EXPECT_EQ(checked.report.open_edges.count, 2u);
@@ -562,11 +562,11 @@ TEST(MeshCheck, RequireSolidThrowsTheRefusal) {
   Mesh mesh = box({0, 0, 0}, {1, 1, 1});
   mesh.triangles.pop_back();
   try {
-    require_solid(mesh, "box.stl");
+    require_solid(mesh, "box.stl", {.first_aid = false});
     FAIL() << "accepted";
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::input);
-    EXPECT_EQ(std::string(error.what()), "box.stl: " + check_mesh(mesh).report.refusal);
+    EXPECT_EQ(std::string(error.what()), "box.stl: " + check_mesh(mesh, {.first_aid = false}).report.refusal);
   }
 }
 
@@ -615,7 +615,7 @@ TEST(SharedMeshes, CountsAgreeWithTheirTable) {
     SCOPED_TRACE(name);
     ++seen;
     const MeshFile file = read_mesh(path);
-    const CheckedMesh checked = check_mesh(file.mesh);
+    const CheckedMesh checked = check_mesh(file.mesh, {.first_aid = false});
     const MeshReport& r = checked.report;
     // The table was made from fans: faces that are not flat are split another way here, and enclose another volume.
     const bool bent =
@@ -651,6 +651,11 @@ TEST(SharedMeshes, CountsAgreeWithTheirTable) {
 TEST(SharedMeshes, HowTheDifficultOnesAreMended) {
   if (shared_stats().empty()) GTEST_SKIP() << "no " << RAYREP_SHARED_MESHES;
   const auto checked = [](const std::string& name) { return check_mesh(read_mesh(fs::path(RAYREP_SHARED_MESHES) / name).mesh); };
+
+  const CheckedMesh crystal = checked("thingi10k_100827_chrystal.stl");  // T-junctions
+  EXPECT_TRUE(crystal.report.usable) << crystal.report.refusal;
+  EXPECT_EQ(crystal.report.first_aid.sides_split, 18u);
+  EXPECT_EQ(crystal.report.components, 1u);
 
   const CheckedMesh arm = checked("thingi10k_73336_durgaarmright.stl");  // some triangles turned, and inside out
   EXPECT_NEAR(volume(arm.mesh), 1862.04, 0.01);

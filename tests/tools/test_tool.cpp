@@ -28,6 +28,16 @@ std::string text_of(const fs::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
+/// An ellipsoid with a hole whose rim is bent.
+Mesh opened_egg() {
+  Mesh open = uv_ellipsoid(30, 22, 16, 24);
+  std::erase_if(open.triangles, [&](const Eigen::Vector3i& t) {
+    const Eigen::Vector3d p = (open.vertices[t[0]] + open.vertices[t[1]] + open.vertices[t[2]]) / 3;
+    return p.z() + p.x() * p.x() / 60 > 14;
+  });
+  return open;
+}
+
 /// Each test runs in a folder of its own.
 class Tool : public ::testing::Test {
 protected:
@@ -125,6 +135,50 @@ TEST_F(Tool, FloatsAndVerifies) {
   EXPECT_NE(solid.err.find("mass_error"), std::string::npos);
 }
 
+TEST_F(Tool, MendsWhatEverySlicerPrints) {
+  Mesh loose = soup(read_mesh(folder_ / "egg.stl").mesh);
+  Random random(1);
+  for (auto& v : loose.vertices) v += random.in_box(1e-5);
+  const int last = static_cast<int>(loose.vertices.size()) - 1;
+  loose.triangles.emplace_back(last - 2, last, last - 4);  // a fin
+  write_mesh(folder_ / "loose.obj", loose);
+  for (const char* name : {"a.stl", "a.obj"}) {
+    const Run made = run(std::string("float loose.obj --resolution 60 --report r.json -v -o ") + name);
+    ASSERT_EQ(made.code, 0) << made.err;
+    EXPECT_TRUE(mentions(made.out, {"note: First aid: ", "corners were joined with others at most"})) << made.out;
+    const auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+    EXPECT_GT(report["input"]["first_aid"]["corners_joined"].get<int>(), 100);
+    EXPECT_FALSE(report["input"]["first_aid"]["repaired"]);
+    EXPECT_EQ(report["criteria"][1]["name"], "outer_unchanged");
+    EXPECT_EQ(report["criteria"][1]["value"], 0.0);
+    const auto at = made.out.find("rayrep verify ");
+    ASSERT_NE(at, std::string::npos);
+    const Run judged = run(made.out.substr(at + 7, made.out.find('\n', at) - at - 7));
+    EXPECT_EQ(judged.code, 0) << judged.err;
+    EXPECT_TRUE(mentions(judged.out, {"note: Of --original: First aid: "})) << judged.out;
+  }
+}
+
+TEST_F(Tool, RepairsOnRequest) {
+  write_mesh(folder_ / "open.stl", opened_egg());
+  const Run inspected = run("inspect open.stl");
+  EXPECT_EQ(inspected.code, 3);
+  EXPECT_TRUE(mentions(inspected.err, {"1 hole that is neither flat nor small", "--repair closes the surface by a guess"}))
+      << inspected.err;
+  const Run refused = run("float open.stl --resolution 60 --suggest -o a.stl");
+  EXPECT_EQ(refused.code, 3);
+  ASSERT_EQ(refused.out, "rayrep float open.stl --resolution 60 -o a.stl --repair\n");
+  const Run made = run(refused.out.substr(7, refused.out.size() - 8) + " -v");
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_TRUE(mentions(made.out, {"Repair: 1 hole was closed by", "of the surface", "The volume has changed by"})) << made.out;
+  const auto at = made.out.find("rayrep verify ");
+  ASSERT_NE(at, std::string::npos);
+  const std::string again = made.out.substr(at + 7, made.out.find('\n', at) - at - 7);
+  EXPECT_TRUE(mentions(again, {"--repair", "--original open.stl"})) << again;
+  EXPECT_EQ(run(again).code, 0) << again;
+  EXPECT_EQ(run("inspect open.stl --repair").code, 0);
+}
+
 TEST_F(Tool, WritesTheSameBytesForAnyNumberOfThreads) {
   ASSERT_EQ(run("float egg.stl --resolution 60 --submerged 0.5 --threads 1 -o one.stl").code, 0);
   ASSERT_EQ(run("float egg.stl --resolution 60 --submerged 0.5 --threads 2 -o two.stl").code, 0);
@@ -207,8 +261,7 @@ TEST_F(Tool, UsageErrorsAre2) {
 }
 
 TEST_F(Tool, InputErrorsAre3) {
-  Mesh open = uv_ellipsoid(30, 22, 16, 24);
-  open.triangles.pop_back();
+  const Mesh open = opened_egg();
   write_mesh(folder_ / "open.stl", open);
   std::ofstream(folder_ / "empty.stl");
   std::ofstream(folder_ / "words.obj") << "these are words\n";

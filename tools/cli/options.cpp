@@ -87,6 +87,14 @@ Settings mesh_rows(Options& options) {
        .place = &options.size_mm,
        .range = Range::positive(),
        .unset = "as it is"},
+      {.name = "repair",
+       .value = "",
+       .words = "close all holes of the surface, by a guess",
+       .details =
+           "What can be mended without a guess always is, and told: corners that are equal but for the last digits, T-junctions, "
+           "stray triangles, internal walls, flat and small holes. With --repair bent holes are closed too, by small "
+           "surfaces; how much of the surface and of the volume that changes is told.",
+       .place = &options.repair},
       {.name = "rigid",
        .value = "",
        .words = "bodies of MESH that do not touch are held together",
@@ -536,6 +544,7 @@ std::string judging_command(const Options& options, const Spec& spec, const std:
   judging.spec = spec;
   Options usual = options;
   usual.goal = judging.goal;
+  usual.repair = usual.rigid = false;
   usual.spec = goal_named(judging.goal).spec;
   const Syntax& syntax = syntax_of("verify");
   std::string text = "rayrep verify " + quoted(output) + " --goal " + judging.goal;

@@ -25,6 +25,7 @@ struct Options {
   std::filesystem::path input;
   LengthUnit unit = LengthUnit::millimetre;
   std::optional<double> size_mm;  ///< longest side
+  bool repair = false;            ///< first aid closes holes, too, whose shape has to be guessed
   bool rigid = false;             ///< bodies that do not touch are held together by something
   bool each = false;              ///< bodies that do not touch are treated one by one
 

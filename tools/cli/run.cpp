@@ -83,7 +83,8 @@ struct ReadMesh {
 };
 
 /// Reads and checks in the file's own numbers, so that places are told in them, then scales to millimetres and to --size.
-ReadMesh read(const std::filesystem::path& path, const Options& options, const CheckOptions& check, const Progress& progress) {
+ReadMesh read(const std::filesystem::path& path, const Options& options, CheckOptions check, const Progress& progress) {
+  check.repair = options.repair;
   progress.begin("read");
   const MeshFile file = read_mesh(path);
   ReadMesh result;
@@ -115,7 +116,11 @@ ReadMesh read(const std::filesystem::path& path, const Options& options, const C
 }
 
 void refuse_unusable(const ReadMesh& mesh) {
-  if (!mesh.checked.report.usable) throw Error(ErrorCode::input, mesh.summary.path + ": " + mesh.checked.report.refusal);
+  const MeshReport& report = mesh.checked.report;
+  if (report.usable) return;
+  std::vector<std::string> remedies;
+  if (report.repairable) remedies.emplace_back("--repair");
+  throw Error(ErrorCode::input, mesh.summary.path + ": " + report.refusal, remedies);
 }
 
 void write_report(const Options& options, const RunReport& report) {
@@ -340,6 +345,8 @@ void verify_one(const Options& options, const ReadMesh& input, Stages& stages, c
   if (!options.original.empty()) {
     original = read(options.original, options, kChecksToJudge, progress);
     refuse_unusable(*original);
+    if (original->checked.report.first_aid)
+      for (const std::string& note : original->checked.report.notes) input.summary.notes.push_back("Of --original: " + note);
   }
   RunReport report = start_report(options, input);
   progress.begin("verify");

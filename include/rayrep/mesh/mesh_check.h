@@ -17,6 +17,21 @@ struct Defect {
   explicit operator bool() const { return count > 0; }
 };
 
+/// What first aid did to a surface that was not closed, see check_mesh. Lengths are in the unit of the mesh.
+struct FirstAidReport {
+  std::size_t corners_joined = 0;
+  double joined_within = 0;        ///< corners were at most so far apart
+  std::size_t sides_split = 0;     ///< of triangles, at corners of others that lie on them (T-junctions)
+  std::size_t sheets_dropped = 0;  ///< stray triangles, fins and internal walls: sheets that bound nothing
+  std::size_t triangles_dropped = 0;
+  std::size_t holes_closed = 0;
+  std::size_t triangles_added = 0;  ///< that closed them
+  double surface_change = 0;        ///< area that was added and dropped, over that of the result
+  double volume_change = 0;  ///< by closing holes, over that of the result: before, they count as closed from the middle of the box
+  bool repaired = false;     ///< holes were closed that are neither flat nor small: CheckOptions::repair
+  explicit operator bool() const { return corners_joined + sides_split + sheets_dropped + triangles_dropped + holes_closed > 0; }
+};
+
 /// What check_mesh found. "Edge" is an undirected pair of vertices after merging.
 struct MeshReport {
   std::size_t triangles_read = 0;     ///< before anything was dropped
@@ -34,13 +49,17 @@ struct MeshReport {
   std::size_t cavities = 0;           ///< of these, inward-facing: existing cavities
   std::size_t components_turned = 0;  ///< inside-out components that were turned, because it was unambiguous
   std::size_t triangles_turned = 0;   ///< triangles turned, to agree with their neighbours or with their component
+  FirstAidReport first_aid;           ///< all 0: it was not needed, or could not help
   std::vector<std::string> notes;     ///< one sentence for each thing that was changed or that deserves a warning
   bool usable = false;                ///< bounds a solid of positive volume
+  bool repairable = false;            ///< when not usable: CheckOptions::repair would make it so
   std::string refusal;                ///< when not usable: the counts, the first location, what to do
 };
 
 struct CheckOptions {
   bool self_intersections = true;  ///< the costliest check; a warning only
+  bool first_aid = true;           ///< of surfaces that are not closed
+  bool repair = false;             ///< first aid closes all holes, also where their shape has to be guessed
 };
 
 struct CheckedMesh {
@@ -48,7 +67,7 @@ struct CheckedMesh {
   MeshReport report;
 };
 
-/// Merges vertices exactly, drops degenerate triangles, turns what is unambiguously inside out, then counts and locates every
+/// Merges vertices exactly, drops degenerate triangles, turns what is unambiguously inside out, and counts and locates every
 /// defect. Never throws for a bad mesh: `report.usable` and `report.refusal` say what is wrong.
 ///
 /// Of duplicate triangles, copies that unbalance edges are dropped, and so are pairs facing opposite ways (walls without
@@ -57,6 +76,12 @@ struct CheckedMesh {
 /// A mesh is usable when every edge is run equally often both ways (then every point has a winding number, also where
 /// components touch along non-manifold edges), all coordinates are finite and the volume is positive. Overlapping
 /// closed components and self-intersections are allowed: the solid is where the winding number is positive.
+///
+/// A surface that is closed is left as it is. One that is not gets first aid, theory.md (42), which guesses nothing: corners of
+/// open edges within 1e-5 of the diagonal are joined (within as little as helps; 1e-4 if no triangle is lost), triangles split at
+/// corners that lie on their open sides; sheets that bound nothing dropped; holes closed that are flat (to 1e-3 of their size) or
+/// small (2 % of the diagonal), with `repair` all. If that does not close the surface the mesh is left as it was, and `refusal`
+/// says what is missing. The result does not depend on the order of the triangles.
 /// @throws Error{interrupted}
 CheckedMesh check_mesh(const Mesh& mesh, const CheckOptions& options = {}, const Progress& progress = {});
 
