@@ -54,7 +54,8 @@ void settle_body(const Mesh& hull, const FloatSpec& spec, const Limits& limits, 
 struct Judged {
   const Mesh& body;   // the whole mesh, vertices merged
   const Mesh& outer;  // of these, what can bound the fluid; sealed cavities are left out of it
-  bool closed;        // whether the winding number of `body` means anything
+  const Mesh& material;
+  bool closed;  // whether the winding number of `body` means anything
 };
 
 // How it is looked at.
@@ -65,10 +66,9 @@ struct Judging {
 };
 
 FloatState state_of(const Judged& judged, const FloatSpec& spec, const Judging& judging) {
-  const auto& [body, outer, closed] = judged;
+  const auto& [body, outer, material, closed] = judged;
   const Progress& progress = judging.progress;
   const Eigen::Vector3d up = spec.up.normalized();
-  const Mesh material = material_of(body, closed, progress);
   FloatState state;
   state.body = mass_properties(material, spec.print.density_g_cm3);
 
@@ -178,7 +178,8 @@ FloatState float_state(const Mesh& mesh, const FloatSpec& spec, const Limits& li
   check(spec, Setting::For::judging);
   const Mesh merged = merged_mesh(mesh);
   const bool closed = unbalanced_edges(merged) == 0;
-  return state_of({merged, merged, closed}, at_its_waterline(merged, closed, spec, progress), {limits, settle, progress});
+  return state_of({merged, merged, material_of(merged, closed, progress), closed}, at_its_waterline(merged, closed, spec, progress),
+                  {limits, settle, progress});
 }
 
 FloatVerdict verify(const Mesh& delivered, const Mesh* original, const FloatSpec& spec, const Limits& limits,
@@ -188,7 +189,7 @@ FloatVerdict verify(const Mesh& delivered, const Mesh* original, const FloatSpec
   const Surface surface = judge_surface(delivered, original, progress, verdict);
   const bool closed = Surface::closed(verdict);
   verdict.spec = at_its_waterline(surface.mesh, closed, spec, progress);
-  verdict.state = state_of({surface.mesh, surface.outer, closed}, verdict.spec, {limits, true, progress});
+  verdict.state = state_of({surface.mesh, surface.outer, surface.material, closed}, verdict.spec, {limits, true, progress});
   add_surface_criteria(surface, original != nullptr, spec.print.wall_mm, limits.wall_ratio, verdict);
 
   const FloatState& state = verdict.state;

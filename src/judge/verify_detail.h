@@ -35,7 +35,9 @@ double lowest_along(const Mesh& mesh, const Eigen::Vector3d& up);
 struct Surface {
   Mesh mesh;                         ///< vertices merged
   Mesh outer;                        ///< of these, the triangles that are not of cavity shells or islands
+  Mesh material;                     ///< see material_of
   std::size_t inside_out_edges = 0;  ///< edges of shells that face inward but lie in nothing
+  std::size_t misplaced_edges = 0;   ///< edges of cavities that do not lead from winding number 1 into 0
   Eigen::AlignedBox3d box;
   double diagonal_mm = 0;   ///< of the box
   bool is_float32 = false;  ///< all its coordinates are float32 values
@@ -48,8 +50,8 @@ struct Surface {
 /// @throws Error{input}: see merged_mesh; Error{interrupted}
 Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progress& progress, Verdict& verdict);
 
-/// Adds the criteria closed, outer_unchanged (with an original), no_islands and wall (with a cavity and `wall_mm` > 0) and their
-/// notes.
+/// Adds the criteria closed, outer_unchanged (with an original), no_islands, no_crossings and wall (with a cavity and `wall_mm` >
+/// 0) and their notes.
 void add_surface_criteria(const Surface& surface, bool has_original, double wall_mm, double wall_ratio, Verdict& verdict);
 
 }  // namespace rayrep::verify_detail

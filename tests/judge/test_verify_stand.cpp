@@ -98,7 +98,7 @@ TEST(VerifyStand, TheHollowGallowsStandsAndTheSolidOneFalls) {
   EXPECT_NEAR(hollow.smallest_wall_mm, 1, 1e-12);
   Names names;
   for (const Criterion& c : hollow.criteria) names.push_back(c.name);
-  EXPECT_EQ(names, Names({"closed", "outer_unchanged", "no_islands", "wall", "supported", "inside"}));
+  EXPECT_EQ(names, Names({"closed", "outer_unchanged", "no_islands", "no_crossings", "wall", "supported", "inside"}));
   const StandVerdict solid = verify(outer, &outer, gallows.goal);
   EXPECT_EQ(failed(solid), Names({"inside"}));
   EXPECT_NEAR(criterion(solid, "inside").value, std::atan2(-2.5, 12.5), 1e-12);
