@@ -184,7 +184,7 @@ CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Mom
   const Quadric quadric(q);
   const Fitter fitter(surface, quadric, options.wall_mm, field.spacing_mm);
   CavityMesh result;
-  const detail::CavityMender mender(surface, options, field.spacing_mm);
+  const detail::CavityMender mender(surface, options);
   Mesh all;
   for (int round = 0; round < max_rounds; ++round) {
     all = mesh_zero_set(intersect(field, quadric));
@@ -229,9 +229,9 @@ bool follow_quadric(CavityMesh& cavity, const BlockField& field, const SurfaceQu
   for (std::size_t n = 0; n < moved.vertices.size(); ++n) {
     const double by = (moved.vertices[n] - cavity.mesh.vertices[n]).norm();
     if (by > 0.5 * h) return false;
-    changed[n] = by > 0;
+    changed[n] = by > 0 || cavity.crossing > 0;
   }
-  cavity.crossing = detail::CavityMender(surface, options, h).mend(moved, std::move(changed)).size();
+  cavity.crossing = detail::CavityMender(surface, options).mend(moved, std::move(changed)).size();
   cavity.mesh = std::move(moved);
   return true;
 }

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <unordered_set>
 
 #include "mesh/surface_gap.h"
 
@@ -59,17 +58,14 @@ void relax(Mesh& mesh, const std::vector<char>& marked) {
 std::vector<std::size_t> CavityMender::mend(Mesh& mesh, std::vector<char> moved) const {
   constexpr int kAttempts = 8;
   thicken(mesh, moved);
-  std::vector<std::size_t> crosses = crossing(mesh);
-  std::vector<char> marked(mesh.vertices.size());
+  std::vector<std::size_t> crosses = crossing(mesh, moved);
   for (int attempt = 0; attempt < kAttempts && !crosses.empty(); ++attempt) {
-    std::fill(marked.begin(), marked.end(), 0);
-    mark_corners(mesh, std::vector<int>(crosses.begin(), crosses.end()), marked);
-    for (int ring = 0; ring < attempt / 2; ++ring) mark_corners(mesh, triangles_at(mesh, marked), marked);
-    relax(mesh, marked);
-    moved = marked;
+    std::fill(moved.begin(), moved.end(), 0);
+    mark_corners(mesh, std::vector<int>(crosses.begin(), crosses.end()), moved);
+    for (int ring = 0; ring < attempt / 2; ++ring) mark_corners(mesh, triangles_at(mesh, moved), moved);
+    relax(mesh, moved);
     thicken(mesh, moved);
-    crosses = crossing_near(mesh, marked);
-    if (crosses.empty() || attempt + 1 == kAttempts) crosses = crossing(mesh);
+    crosses = crossing(mesh, moved);
   }
   return crosses;
 }
@@ -79,11 +75,12 @@ void CavityMender::thicken(Mesh& mesh, std::vector<char>& moved) const {
   constexpr double kLeast = 0.99;    // of the wall: what rounding may take then leaves 0.98 of it
   constexpr double kWanted = 0.995;  // where less than the least is there
   const double wall = options_.wall_mm;
-  std::vector<Vector3d> push(mesh.vertices.size(), Vector3d::Zero());
+  std::vector<char> changed = moved;
+  std::vector<Vector3d> push(mesh.vertices.size());
   for (int round = 0; round < kRounds; ++round) {
-    const std::vector<Gap> gaps = gaps_below(mesh, triangles_at(mesh, moved), surface_, kLeast * wall);
+    const std::vector<Gap> gaps = gaps_below(mesh, triangles_at(mesh, changed), surface_, kLeast * wall);
     if (gaps.empty()) return;
-    std::fill(moved.begin(), moved.end(), 0);
+    std::fill(changed.begin(), changed.end(), 0);
     std::fill(push.begin(), push.end(), Vector3d::Zero());
     for (const Gap& gap : gaps) {
       if (!(gap.nearest.distance_mm > 0)) continue;
@@ -93,43 +90,29 @@ void CavityMender::thicken(Mesh& mesh, std::vector<char>& moved) const {
       for (int k = 0; k < 3; ++k) {
         const int v = mesh.triangles[gap.triangle][k];
         push[v] += std::max(0.0, missing * share[k] - push[v].dot(inward)) * inward;
-        moved[v] = 1;
+        changed[v] = moved[v] = 1;
       }
     }
     for (std::size_t v = 0; v < push.size(); ++v)
-      if (moved[v]) mesh.vertices[v] += push[v];
+      if (changed[v]) mesh.vertices[v] += push[v];
   }
 }
 
-std::vector<std::size_t> CavityMender::crossing(const Mesh& mesh) const {
-  return crossing_triangles(options_.as_delivered ? options_.as_delivered(mesh) : mesh);
-}
-
-std::vector<std::size_t> CavityMender::crossing_near(const Mesh& mesh, const std::vector<char>& moved) const {
-  const double side = 4 * spacing_mm_;  // triangles are smaller
-  const auto cell = [side](const Vector3d& p) { return Eigen::Vector3i((p / side).array().floor().cast<int>()); };
-  const auto key = [](const Eigen::Vector3i& c) {
-    std::uint64_t result = 0;
-    for (const int x : c) result = result << 21 | (static_cast<std::uint64_t>(x) & 0x1FFFFF);
-    return result;
-  };
-  std::unordered_set<std::uint64_t> near;
-  for (std::size_t v = 0; v < moved.size(); ++v) {
-    if (!moved[v]) continue;
-    const Eigen::Vector3i c = cell(mesh.vertices[v]);
-    for (int n = 0; n < 27; ++n) near.insert(key(c + Eigen::Vector3i(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1)));
-  }
-  Mesh part;
-  part.vertices = mesh.vertices;
+std::vector<std::size_t> CavityMender::crossing(const Mesh& mesh, const std::vector<char>& moved) const {
+  Mesh delivered = options_.as_delivered ? options_.as_delivered(mesh) : mesh;
+  Eigen::AlignedBox3d box;
+  for (const int t : triangles_at(mesh, moved))
+    for (int k = 0; k < 3; ++k) box.extend(delivered.corner(static_cast<std::size_t>(t), k));
   std::vector<std::size_t> number;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    for (int k = 0; k < 3; ++k)
-      if (near.contains(key(cell(mesh.corner(t, k))))) {
-        part.triangles.push_back(mesh.triangles[t]);
-        number.push_back(t);
-        break;
-      }
-  std::vector<std::size_t> crosses = crossing(part);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    Eigen::AlignedBox3d own;
+    for (int k = 0; k < 3; ++k) own.extend(delivered.corner(t, k));
+    if (!box.intersects(own)) continue;
+    delivered.triangles[number.size()] = mesh.triangles[t];
+    number.push_back(t);
+  }
+  delivered.triangles.resize(number.size());
+  std::vector<std::size_t> crosses = crossing_triangles(delivered);
   for (std::size_t& t : crosses) t = number[t];
   return crosses;
 }

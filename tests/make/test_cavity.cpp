@@ -138,7 +138,7 @@ TEST(Cavity, FoldsThatRoundingMakesAreMended) {
   CavityOptions options;
   options.as_delivered = stored;
   Mesh mended = shell;
-  EXPECT_TRUE(detail::CavityMender(surface, options, 0.4).mend(mended, std::vector<char>(shell.vertices.size(), 1)).empty());
+  EXPECT_TRUE(detail::CavityMender(surface, options).mend(mended, std::vector<char>(shell.vertices.size(), 1)).empty());
   EXPECT_TRUE(crossing_triangles(with_merged_vertices(stored(mended))).empty());
   EXPECT_GE(smallest_gap(mended, surface), 0.99 * options.wall_mm);
   std::size_t moved = 0;
