@@ -113,7 +113,7 @@ TEST_F(Tool, FloatsAndVerifies) {
     EXPECT_TRUE(report["solver"].contains(key)) << key;
   for (const char* key : {"read", "domain", "rays", "solve", "mesh", "verify", "write", "total"})
     EXPECT_GE(report["timings_s"][key].get<double>(), 0) << key;
-  ASSERT_EQ(report["criteria"].size(), 8u);
+  ASSERT_EQ(report["criteria"].size(), 9u);
   for (const auto& c : report["criteria"]) EXPECT_TRUE(c["pass"]) << c["name"];
   EXPECT_GT(report["before"]["mass_g"].get<double>(), report["after"]["mass_g"].get<double>());
 
@@ -376,7 +376,7 @@ TEST_F(Tool, MeetsTargetsAndWritesThemForSimulators) {
   EXPECT_EQ(report["command"], "target");
   EXPECT_EQ(report["goal"]["wanted"],
             (nlohmann::json{{"mass", 40.0}, {"com_x", 0.0}, {"com_y", 0.0}, {"com_z", -1.0}, {"izz", 12000.0}}));
-  EXPECT_EQ(report["criteria"].size(), 9u);
+  EXPECT_EQ(report["criteria"].size(), 10u);
   EXPECT_NEAR(report["after"]["mass_g"].get<double>(), 40, 1e-3);
   EXPECT_LT(report["after"]["deviations"]["izz"].get<double>(), 1e-4);
   EXPECT_EQ(report["solver"]["first"]["number"], "ixx");
