@@ -68,7 +68,8 @@ Settled settled(const Afloat& body, const FloatSpec& spec, const Limits& limits,
 struct Judged {
   const Mesh& body;   // the whole mesh, vertices merged
   const Mesh& outer;  // of these, what can bound the fluid; sealed cavities are left out of it
-  bool closed;        // whether the winding number of `body` means anything
+  const Mesh& material;
+  bool closed;  // whether the winding number of `body` means anything
 };
 
 // How it is looked at.
@@ -104,10 +105,9 @@ bool rests_upright(const FloatState& state, const Limits& limits) {
 }
 
 FloatState state_of(const Judged& judged, const FloatSpec& spec, const Judging& judging) {
-  const auto& [body, outer, closed] = judged;
+  const auto& [body, outer, material, closed] = judged;
   const Progress& progress = judging.progress;
   const Eigen::Vector3d up = spec.up.normalized();
-  const Mesh material = material_of(body, closed, progress);
   FloatState state;
   state.body = mass_properties(material, spec.print.density_g_cm3);
 
@@ -311,7 +311,7 @@ FloatState float_state(const Mesh& mesh, const FloatSpec& spec, const Limits& li
   check(spec, Setting::For::judging);
   const Mesh merged = merged_mesh(mesh);
   const bool closed = unbalanced_edges(merged) == 0;
-  return state_of({merged, merged, closed}, at_its_waterline(merged, closed, spec, progress),
+  return state_of({merged, merged, material_of(merged, closed, progress), closed}, at_its_waterline(merged, closed, spec, progress),
                   {limits, settle ? Judging::settles : Judging::afloat, progress});
 }
 
@@ -322,7 +322,8 @@ FloatVerdict verify(const Mesh& delivered, const Mesh* original, const FloatSpec
   const Surface surface = judge_surface(delivered, original, progress, verdict);
   const bool closed = Surface::closed(verdict);
   verdict.spec = at_its_waterline(surface.mesh, closed, spec, progress);
-  verdict.state = state_of({surface.mesh, surface.outer, closed}, verdict.spec, {limits, Judging::with_more_plastic, progress});
+  verdict.state = state_of({surface.mesh, surface.outer, surface.material, closed}, verdict.spec,
+                           {limits, Judging::with_more_plastic, progress});
   add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
 
   const FloatState& state = verdict.state;

@@ -5,17 +5,22 @@
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numeric>
 #include <utility>
 #include <vector>
 
 #include "base/text.h"
 #include "base/union_find.h"
 #include "judge/outer_surface.h"
+#include "mesh/crossing.h"
 #include "mesh/mesh_edges.h"
+#include "mesh/mesh_union.h"
 #include "mesh/shells.h"
+#include "mesh/surface_gap.h"
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/mesh_check.h"
 #include "rayrep/mesh/surface_query.h"
@@ -100,66 +105,110 @@ Shells find_shells(const Mesh& mesh, const std::vector<bool>& known, const Progr
   return result;
 }
 
-// Calls body(begin, end, smallest) for blocks of 0 <= i < count in parallel, each with the smallest of what is known from blocks
-// before; body makes that smaller. Nothing depends on the number of threads.
-template <typename Body>
-double smallest_over_blocks(std::size_t count, double smallest, const Progress& progress, const Body& body) {
-  constexpr std::size_t block = 512;
-  constexpr std::size_t blocks_at_once = 32;
-  for (std::size_t first = 0; first < count; first += block * blocks_at_once) {
-    progress.check();
-    std::vector<double> found(blocks_at_once, smallest);
-    tbb::parallel_for(std::size_t{0}, blocks_at_once, [&](std::size_t b) {
-      body(std::min(first + b * block, count), std::min(first + (b + 1) * block, count), found[b]);
-    });
-    smallest = *std::min_element(found.begin(), found.end());
-  }
-  return smallest;
-}
-
-// For each vertex one that lies on the same side of a surface: ends of edges shorter than the distance of both from it do.
-std::vector<int> on_the_same_side(const Mesh& mesh, double distance_mm) {
-  UnionFind sides(static_cast<int>(mesh.vertices.size()));
-  if (distance_mm > 0)
-    for (const auto& t : mesh.triangles)
-      for (int k = 0; k < 3; ++k) {
-        const int a = t[k];
-        const int b = t[(k + 1) % 3];
-        if (a < b && (mesh.vertices[a] - mesh.vertices[b]).squaredNorm() < distance_mm * distance_mm) sides.unite(a, b);
-      }
-  std::vector<int> representative(mesh.vertices.size());
-  for (std::size_t v = 0; v < representative.size(); ++v) representative[v] = sides.root(static_cast<int>(v));
-  return representative;
-}
-
-// Smallest distance from the cavities' vertices to the outer surface, negative where one lies outside of it.
+// Smallest distance from the cavities to the outer surface, negative where a vertex lies outside of it.
 double smallest_wall(const Mesh& cavities, const Mesh& outer, const Progress& progress) {
   if (cavities.vertices.empty()) return kInfinity;
   const SurfaceQuery surface(outer);
+  const double gap = smallest_gap(cavities, surface, progress);
+  // What does not cross the surface lies on one side of it. A surface with holes has no sides.
+  const bool whole = gap > 0 && unbalanced_edges(outer) == 0;
+  std::vector<int> representative(cavities.vertices.size());
+  std::iota(representative.begin(), representative.end(), 0);
+  if (whole) {
+    const Components components = connected_components(cavities);
+    std::vector<int> first(components.count, -1);
+    for (std::size_t t = 0; t < cavities.triangles.size(); ++t)
+      for (const int v : cavities.triangles[t]) {
+        int& vertex = first[components.of_triangle[t]];
+        if (vertex < 0) vertex = v;
+        representative[v] = vertex;
+      }
+  }
+  progress.check();
   Eigen::AlignedBox3d box = bounding_box(outer);
   box.extend(bounding_box(cavities));
-  const double diagonal = box.diagonal().norm();
-  const std::size_t count = cavities.vertices.size();
-  const double nearest = smallest_over_blocks(count, diagonal, progress, [&](std::size_t begin, std::size_t end, double& smallest) {
-    for (std::size_t v = begin; v < end && smallest > 0; ++v)
-      smallest = std::min(smallest, surface.closest(cavities.vertices[v], smallest).distance_mm);
+  std::vector<char> outside(cavities.vertices.size());
+  std::vector<double> depth(cavities.vertices.size(), 0);
+  tbb::parallel_for(std::size_t{0}, outside.size(), [&](std::size_t v) {
+    if (representative[v] != static_cast<int>(v)) return;
+    thread_local std::vector<LineHit> hits;
+    const Eigen::Vector3d& p = cavities.vertices[v];
+    closed_line_hits(surface, p.head<2>(), hits);
+    outside[v] = winding_below(hits, p.z()) <= 0;
   });
-  // SurfaceQuery may be wrong about which triangle is nearest by 1e-6 of the diagonal. A surface with holes has no sides.
-  const std::vector<int> representative = on_the_same_side(cavities, unbalanced_edges(outer) == 0 ? nearest - 1e-5 * diagonal : 0);
-  std::vector<char> outside(count);
-  smallest_over_blocks(count, 0, progress, [&](std::size_t begin, std::size_t end, double&) {
-    std::vector<LineHit> hits;
-    for (std::size_t v = begin; v < end; ++v) {
-      if (representative[v] != static_cast<int>(v)) continue;
-      const Eigen::Vector3d& p = cavities.vertices[v];
-      closed_line_hits(surface, p.head<2>(), hits);
-      outside[v] = winding_below(hits, p.z()) <= 0;
-    }
+  progress.check();
+  tbb::parallel_for(std::size_t{0}, outside.size(), [&](std::size_t v) {
+    if (outside[representative[v]]) depth[v] = surface.closest(cavities.vertices[v], box.diagonal().norm()).distance_mm;
   });
-  return smallest_over_blocks(count, nearest, progress, [&](std::size_t begin, std::size_t end, double& smallest) {
-    for (std::size_t v = begin; v < end; ++v)
-      if (outside[representative[v]]) smallest = std::min(smallest, -surface.closest(cavities.vertices[v], diagonal).distance_mm);
+  const double deepest = *std::max_element(depth.begin(), depth.end());
+  return deepest > 0 ? -deepest : gap;
+}
+
+// Counts the triangles of cavities and islands that cross another one, and those of the outer surface that cross each other.
+void count_crossings(const Mesh& mesh, const TrianglePairs& close, const std::vector<char>& is_outer, Verdict& verdict) {
+  std::vector<char> crosses(mesh.triangles.size(), 0);
+  for (const auto& [s, t] : crossing_pairs(mesh, close))
+    for (const int triangle : {s, t})
+      if (!is_outer[triangle] || (is_outer[s] && is_outer[t])) crosses[triangle] = 1;
+  for (std::size_t t = 0; t < crosses.size(); ++t)
+    if (crosses[t]) ++(is_outer[t] ? verdict.outer_crossing_triangles : verdict.crossing_triangles);
+}
+
+// For each triangle of a mesh the patch it belongs to, by its first triangle: those that hang together over edges of no others.
+std::vector<int> patches_of(const Mesh& mesh) {
+  const VertexCorners at(mesh);
+  std::vector<std::array<int, 3>> neighbours(mesh.triangles.size(), {-1, -1, -1});
+  tbb::parallel_for(tbb::blocked_range<int>(0, static_cast<int>(mesh.vertices.size()), 1024), [&](const auto& range) {
+    std::vector<EdgeUse> uses;
+    for (int low = range.begin(); low < range.end(); ++low)
+      for_each_edge_from(mesh, at, low, uses, [&](auto begin, auto end) {
+        if (end - begin != 2) return;
+        const Eigen::Vector3i& v = mesh.triangles[begin->triangle];
+        for (std::size_t k = 0; k < 3; ++k)
+          if (v[static_cast<int>(k)] != begin->low && v[static_cast<int>(k)] != begin->high)
+            neighbours[begin->triangle][k] = (begin + 1)->triangle;
+      });
   });
+  UnionFind patches(static_cast<int>(mesh.triangles.size()));
+  for (std::size_t t = 0; t < neighbours.size(); ++t)
+    for (const int other : neighbours[t])
+      if (other >= 0) patches.unite(static_cast<int>(t), other);
+  std::vector<int> result(mesh.triangles.size());
+  for (std::size_t t = 0; t < result.size(); ++t) result[t] = patches.root(static_cast<int>(t));
+  return result;
+}
+
+// Edges of those parts of a closed mesh's cavities that do not lead from winding number 1 into 0. Where nothing crosses, one point
+// of a patch speaks for all of it.
+std::size_t misplaced_edges(const Mesh& mesh, const std::vector<int>& cavity_triangles, const Progress& progress) {
+  const std::vector<int> patches = patches_of(part(mesh, cavity_triangles));
+  const auto area_from_above = [&](std::size_t i) {
+    const auto t = static_cast<std::size_t>(cavity_triangles[i]);
+    return (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)).z();
+  };
+  struct Patch {
+    std::size_t largest = 0;  // triangle, seen from above
+    std::size_t triangles = 0;
+  };
+  std::vector<Patch> found(patches.size());  // by their first triangles
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    Patch& patch = found[patches[i]];
+    if (patch.triangles++ == 0 || std::abs(area_from_above(i)) > std::abs(area_from_above(patch.largest))) patch.largest = i;
+  }
+  std::vector<int> own_shell(mesh.triangles.size());
+  std::iota(own_shell.begin(), own_shell.end(), 0);
+  ShellNesting nesting(mesh, own_shell);
+  Surroundings below;
+  std::size_t edges = 0;
+  for (const Patch& patch : found) {
+    if (patch.triangles == 0) continue;
+    progress.check();
+    const int t = cavity_triangles[patch.largest];
+    const double area = area_from_above(patch.largest);
+    nesting.around((mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3, t, below);
+    if (area != 0 && below.winding != (area > 0 ? 1 : 0)) edges += 3 * patch.triangles / 2;
+  }
+  return edges;
 }
 
 // The triangles that are outer surface before anything is asked of shells: the original's own. When some of those are gone a
@@ -235,9 +284,11 @@ Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progres
   std::vector<int> outer_triangles;
   std::vector<int> added_triangles;  // outer surface that is not the original's
   std::vector<int> cavity_triangles;
+  std::vector<char> is_outer(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const int s = shells.of_triangle[t];
     const ShellKind kind = s < 0 ? ShellKind::outer : shells.shells[s].kind;
+    is_outer[t] = kind == ShellKind::outer;
     if (kind == ShellKind::outer) outer_triangles.push_back(static_cast<int>(t));
     if (kind == ShellKind::outer && !matched.delivered[t]) added_triangles.push_back(static_cast<int>(t));
     if (kind == ShellKind::cavity) cavity_triangles.push_back(static_cast<int>(t));
@@ -248,6 +299,13 @@ Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progres
     if (shell.kind == ShellKind::inside_out) surface.inside_out_edges += shell.triangles.size() * 3 / 2;
   }
   surface.outer = part(mesh, outer_triangles);
+  progress.check();
+  const TrianglePairs close = close_pairs(mesh);
+  progress.check();
+  count_crossings(mesh, close, is_outer, verdict);
+  if (Surface::closed(verdict) && verdict.crossing_triangles == 0)
+    surface.misplaced_edges = misplaced_edges(mesh, cavity_triangles, progress);
+  surface.material = Surface::closed(verdict) ? boundary_of_union(mesh, close, progress) : mesh;
   verdict.smallest_wall_mm = smallest_wall(part(mesh, cavity_triangles), surface.outer, progress);
   if (original)
     verdict.outer_deviation_mm =
@@ -262,7 +320,7 @@ namespace {
 // What sealed cavities keep of the liquid it is printed from.
 void judge_trapped(const Surface& surface, const Print& print, const Progress& progress, Verdict& verdict) {
   if (!(print.liquid_g_cm3 > 0) || print.drained || !Surface::closed(verdict)) return;
-  const double material_mm3 = mesh_moments(boundary_of_union(surface.mesh, progress))[M1];
+  const double material_mm3 = mesh_moments(surface.material)[M1];
   const double sealed_mm3 = mesh_moments(boundary_of_union(outer_hull(surface.mesh), progress))[M1] - material_mm3;
   if (sealed_mm3 > 1e-9 * material_mm3) verdict.trapped_resin_g = 1e-3 * print.liquid_g_cm3 * sealed_mm3;
   verdict.criteria.push_back(at_most("trapped_resin", "uncured resin kept in sealed cavities, g", verdict.trapped_resin_g, 0));
@@ -282,6 +340,12 @@ void add_surface_criteria(const Surface& surface, const SurfaceTerms& terms, con
   const double wall_mm = terms.print.wall_mm;
   if (verdict.bad_edges > 0) verdict.notes.push_back("The surface is not closed: the other figures take it as it is.");
   if (surface.inside_out_edges > 0) verdict.notes.push_back("A part of the surface faces inward and lies inside nothing.");
+  if (surface.misplaced_edges > 0)
+    verdict.notes.push_back(
+        "A cavity does not lead from material into the empty: it lies inside another one, or where bodies overlap.");
+  if (verdict.outer_crossing_triangles > 0)
+    verdict.notes.push_back("The outer surface crosses or touches itself in " +
+                            plural(verdict.outer_crossing_triangles, "triangle", "triangles") + ": that is not judged.");
   if (wall_mm > 0 && verdict.cavities > 0 && surface.is_float32 && !float32_holds_wall(surface.box, wall_mm))
     verdict.notes.push_back(concat("The coordinates are float32 values, which lie ", float32_spacing_mm(surface.box),
                                    " mm apart here: too far for a wall of ", wall_mm,
@@ -289,12 +353,14 @@ void add_surface_criteria(const Surface& surface, const SurfaceTerms& terms, con
 
   auto& criteria = verdict.criteria;
   criteria.push_back(at_most("closed", "edges that are open or face the wrong way",
-                             static_cast<double>(verdict.bad_edges + surface.inside_out_edges), 0));
+                             static_cast<double>(verdict.bad_edges + surface.inside_out_edges + surface.misplaced_edges), 0));
   if (terms.has_original)
     criteria.push_back(
         at_most("outer_unchanged", "change of the outer surface, mm", verdict.outer_deviation_mm, verdict.coordinate_rounding_mm));
   criteria.push_back(
       at_most("no_islands", "pieces of material loose inside a cavity", static_cast<double>(verdict.solid_islands), 0));
+  criteria.push_back(at_most("no_crossings", "triangles of cavities that cross others or are there twice",
+                             static_cast<double>(verdict.crossing_triangles), 0));
   if (wall_mm > 0 && verdict.cavities > 0)
     criteria.push_back(
         at_least("wall", "thinnest wall, over the wall asked for", verdict.smallest_wall_mm / wall_mm, terms.wall_ratio));

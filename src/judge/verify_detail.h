@@ -35,7 +35,9 @@ double lowest_along(const Mesh& mesh, const Eigen::Vector3d& up);
 struct Surface {
   Mesh mesh;                         ///< vertices merged
   Mesh outer;                        ///< of these, the triangles that are not of cavity shells or islands
+  Mesh material;                     ///< see material_of
   std::size_t inside_out_edges = 0;  ///< edges of shells that face inward but lie in nothing
+  std::size_t misplaced_edges = 0;   ///< edges of cavities that do not lead from winding number 1 into 0
   Eigen::AlignedBox3d box;
   double diagonal_mm = 0;   ///< of the box
   bool is_float32 = false;  ///< all its coordinates are float32 values
@@ -58,8 +60,8 @@ struct SurfaceTerms {
   double wall_ratio;
 };
 
-/// Adds the criteria closed, outer_unchanged (with an original), no_islands, wall (with a cavity and a wall asked for) and
-/// trapped_resin (see Verdict) and their notes.
+/// Adds the criteria closed, outer_unchanged (with an original), no_islands, no_crossings, wall (with a cavity and a wall asked
+/// for) and trapped_resin (see Verdict) and their notes.
 void add_surface_criteria(const Surface& surface, const SurfaceTerms& terms, const Progress& progress, Verdict& verdict);
 
 }  // namespace rayrep::verify_detail

@@ -39,9 +39,8 @@ SpinSpec at_its_place(const Mesh& mesh, const Mesh* original, SpinSpec spec, con
   return spec;
 }
 
-SpinState state_of(const Mesh& mesh, bool closed, const SpinSpec& spec, const Eigen::Vector3d& contact_mm,
-                   const Progress& progress) {
-  const MassProperties body = mass_properties(material_of(mesh, closed, progress), spec.print.density_g_cm3);
+SpinState state_of(const Mesh& material, const SpinSpec& spec, const Eigen::Vector3d& contact_mm) {
+  const MassProperties body = mass_properties(material, spec.print.density_g_cm3);
   return spin_state(body, contact_mm, spec.up.normalized(), spec.yoyo);
 }
 
@@ -226,7 +225,7 @@ SpinState spin_state_of(const Mesh& mesh, const SpinSpec& spec, const Progress& 
   check(spec, Setting::For::judging);
   const Mesh merged = merged_mesh(mesh);
   const SpinSpec placed = at_its_place(merged, nullptr, spec, progress);
-  return state_of(merged, unbalanced_edges(merged) == 0, placed, place_of(placed), progress);
+  return state_of(material_of(merged, unbalanced_edges(merged) == 0, progress), placed, place_of(placed));
 }
 
 SpinVerdict verify(const Mesh& delivered, const Mesh* original, const SpinSpec& spec, const Limits& limits,
@@ -236,7 +235,7 @@ SpinVerdict verify(const Mesh& delivered, const Mesh* original, const SpinSpec& 
   const Surface surface = judge_surface(delivered, original, progress, verdict);
   verdict.spec = at_its_place(surface.mesh, original, spec, progress);
   const Eigen::Vector3d contact_mm = place_of(verdict.spec);
-  verdict.state = state_of(surface.mesh, Surface::closed(verdict), verdict.spec, contact_mm, progress);
+  verdict.state = state_of(surface.material, verdict.spec, contact_mm);
   add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
 
   const SpinState& state = verdict.state;

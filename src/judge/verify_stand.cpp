@@ -15,9 +15,8 @@ namespace {
 
 using namespace verify_detail;
 
-StandState state_of(const Mesh& mesh, bool closed, const StandSpec& spec, const Progress& progress) {
+StandState state_of(const Mesh& material, const StandSpec& spec) {
   StandState state;
-  const Mesh material = material_of(mesh, closed, progress);
   state.body = mass_properties(material, spec.print.density_g_cm3);
   state.to_ground = up_to_z(spec.up);
   const Mesh standing = transformed(material, Eigen::Affine3d(state.to_ground));
@@ -100,7 +99,7 @@ void describe(StandVerdict& verdict) {
 StandState stand_state_of(const Mesh& mesh, const StandSpec& spec, const Progress& progress) {
   check(spec, Setting::For::judging);
   const Mesh merged = merged_mesh(mesh);
-  return state_of(merged, unbalanced_edges(merged) == 0, spec, progress);
+  return state_of(material_of(merged, unbalanced_edges(merged) == 0, progress), spec);
 }
 
 StandVerdict verify(const Mesh& delivered, const Mesh* original, const StandSpec& spec, const Limits& limits,
@@ -109,7 +108,7 @@ StandVerdict verify(const Mesh& delivered, const Mesh* original, const StandSpec
   StandVerdict verdict;
   verdict.spec = spec;
   const Surface surface = judge_surface(delivered, original, progress, verdict);
-  verdict.state = state_of(surface.mesh, Surface::closed(verdict), spec, progress);
+  verdict.state = state_of(surface.material, spec);
   add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
 
   const StandState& state = verdict.state;

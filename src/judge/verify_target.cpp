@@ -11,9 +11,9 @@ namespace {
 
 using namespace verify_detail;
 
-TargetState state_of(const Mesh& mesh, bool closed, double diagonal_mm, const TargetSpec& spec, const Progress& progress) {
+TargetState state_of(const Mesh& material, double diagonal_mm, const TargetSpec& spec) {
   TargetState state;
-  state.body = mass_properties(material_of(mesh, closed, progress), spec.print.density_g_cm3);
+  state.body = mass_properties(material, spec.print.density_g_cm3);
   state.deviations = inertial_deviations(spec.wanted, state.body, diagonal_mm);
   return state;
 }
@@ -65,7 +65,7 @@ void describe(TargetVerdict& verdict) {
 TargetState target_state_of(const Mesh& mesh, const TargetSpec& spec, const Progress& progress) {
   check(spec, Setting::For::judging);
   const Mesh merged = merged_mesh(mesh);
-  return state_of(merged, unbalanced_edges(merged) == 0, bounding_box(merged).diagonal().norm(), spec, progress);
+  return state_of(material_of(merged, unbalanced_edges(merged) == 0, progress), bounding_box(merged).diagonal().norm(), spec);
 }
 
 TargetVerdict verify(const Mesh& delivered, const Mesh* original, const TargetSpec& spec, const Limits& limits,
@@ -74,7 +74,7 @@ TargetVerdict verify(const Mesh& delivered, const Mesh* original, const TargetSp
   TargetVerdict verdict;
   verdict.spec = spec;
   const Surface surface = judge_surface(delivered, original, progress, verdict);
-  verdict.state = state_of(surface.mesh, Surface::closed(verdict), surface.diagonal_mm, spec, progress);
+  verdict.state = state_of(surface.material, surface.diagonal_mm, spec);
   add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
   for (const InertialDeviation& d : verdict.state.deviations)
     verdict.criteria.push_back(at_most(inertial_name(d.number), description(d.number), d.relative, limits.relative));

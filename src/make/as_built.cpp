@@ -92,10 +92,10 @@ Moments solve_as_built(const AsBuilt& problem, InteriorSolver solver, Maker& mak
     const bool had_adapted = maker.adapted();
     maker.make(solved.q);
     double e = problem.error(maker.moments());
-    // A mesh that follows cannot tear, close or show what the quadric does away from it: where it folds, or the error stays, it is
-    // made anew, if there is a pass left to make up for the change.
-    const bool useless = had_adapted && e > 0.9 * last_error;
-    if (maker.adapted() && pass < problem.max_passes && (useless || maker.spoilt())) {
+    // A mesh that follows cannot tear, close or show what the quadric does away from it: where it folds it is made anew, and where
+    // the error stays, if there is a pass left to make up for the change.
+    const bool useless = had_adapted && e > 0.9 * last_error && pass < problem.max_passes;
+    if (maker.adapted() && (useless || maker.spoilt())) {
       maker.make_anew(solved.q);
       e = problem.error(maker.moments());
     }

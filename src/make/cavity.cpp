@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "mesh/close_pairs.h"
-#include "mesh/predicates.h"
+#include "make/cavity_mender.h"
+#include "mesh/crossing.h"
 #include "rayrep/mesh/level_set.h"
 
 namespace rayrep {
@@ -169,21 +169,11 @@ double signed_volume(const Mesh& shell) { return mesh_moments(shell)[M1]; }
 }  // namespace
 
 std::vector<std::size_t> crossing_triangles(const Mesh& mesh) {
-  const auto pairs = close_pairs(mesh);
-  std::vector<char> crosses(pairs.size());
-  tbb::parallel_for(std::size_t{0}, pairs.size(), [&](std::size_t n) {
-    const auto s = static_cast<std::size_t>(pairs[n].first);
-    const auto t = static_cast<std::size_t>(pairs[n].second);
-    const Eigen::Vector3d p[3] = {mesh.corner(s, 0), mesh.corner(s, 1), mesh.corner(s, 2)};
-    const Eigen::Vector3d q[3] = {mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)};
-    crosses[n] = triangles_intersect(p, mesh.triangles[s], q, mesh.triangles[t]);
-  });
   std::vector<std::size_t> triangles;
-  for (std::size_t n = 0; n < pairs.size(); ++n)
-    if (crosses[n]) {
-      triangles.push_back(static_cast<std::size_t>(pairs[n].first));
-      triangles.push_back(static_cast<std::size_t>(pairs[n].second));
-    }
+  for (const auto& [s, t] : crossing_pairs(mesh, close_pairs(mesh))) {
+    triangles.push_back(static_cast<std::size_t>(s));
+    triangles.push_back(static_cast<std::size_t>(t));
+  }
   std::sort(triangles.begin(), triangles.end());
   triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
   return triangles;
@@ -194,14 +184,14 @@ CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Mom
   const Quadric quadric(q);
   const Fitter fitter(surface, quadric, options.wall_mm, field.spacing_mm);
   CavityMesh result;
+  const detail::CavityMender mender(surface, options);
   Mesh all;
-  bool crosses = true;
   for (int round = 0; round < max_rounds; ++round) {
     all = mesh_zero_set(intersect(field, quadric));
     const std::vector<Eigen::Vector3d> before = all.vertices;
     fitter.fit(all, [](const Eigen::Vector3d&) { return true; });
-    const std::vector<std::size_t> crossing = crossing_triangles(all);
-    crosses = !crossing.empty();
+    const std::vector<std::size_t> crossing = mender.mend(all, std::vector<char>(before.size(), 1));
+    result.crossing = crossing.size();
     std::size_t closed = 0;
     for (const std::size_t t : crossing)
       for (int k = 0; k < 3; ++k) closed += close_around(field, before[static_cast<std::size_t>(all.triangles[t][k])]);
@@ -223,7 +213,6 @@ CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Mom
     }
   }
   flip(result.mesh);
-  if (crosses) result.crossing = crossing_triangles(result.mesh).size();
   return result;
 }
 
@@ -236,8 +225,13 @@ bool follow_quadric(CavityMesh& cavity, const BlockField& field, const SurfaceQu
   Fitter(surface, quadric, options.wall_mm, h).fit(moved, [&](const Eigen::Vector3d& p) {
     return quadric.signed_distance(p) > -3 * h;
   });
-  for (std::size_t n = 0; n < moved.vertices.size(); ++n)
-    if ((moved.vertices[n] - cavity.mesh.vertices[n]).norm() > 0.5 * h) return false;
+  std::vector<char> changed(moved.vertices.size());
+  for (std::size_t n = 0; n < moved.vertices.size(); ++n) {
+    const double by = (moved.vertices[n] - cavity.mesh.vertices[n]).norm();
+    if (by > 0.5 * h) return false;
+    changed[n] = by > 0 || cavity.crossing > 0;
+  }
+  cavity.crossing = detail::CavityMender(surface, options).mend(moved, std::move(changed)).size();
   cavity.mesh = std::move(moved);
   return true;
 }

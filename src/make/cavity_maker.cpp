@@ -6,6 +6,10 @@ CavityMaker::CavityMaker(Body& body, const Print& print, const HollowOptions& op
     : body_(body), print_(print), options_(options), progress_(progress) {
   cavity_options_.wall_mm = print.wall_mm;
   cavity_options_.min_cavity_mm3 = options.min_cavity_mm3;
+  cavity_options_.as_delivered = [this](const Mesh& mesh) {
+    const Mesh turned = transformed(mesh, body_.to_working.inverse());
+    return options_.as_stored ? options_.as_stored(turned) : turned;
+  };
 }
 
 void CavityMaker::make(const Moments& q) {
@@ -17,13 +21,13 @@ void CavityMaker::make(const Moments& q) {
 
 void CavityMaker::make_anew(const Moments& q) {
   cavity_ = mesh_cavity(body_.inner.field, body_.surface, q, cavity_options_);
+  crossing_anew_ = cavity_.crossing;
   followed_ = false;
   measure();
 }
 
 void CavityMaker::measure() {
-  shells_ = transformed(cavity_.mesh, body_.to_working.inverse());
-  if (options_.as_stored) shells_ = options_.as_stored(shells_);
+  shells_ = cavity_options_.as_delivered(cavity_.mesh);
   moments_ = body_.solid + mesh_moments(transformed(shells_, body_.to_working));  // shells face inward: negative
 }
 
@@ -33,7 +37,7 @@ bool CavityMaker::refine() {
   return true;
 }
 
-bool CavityMaker::spoilt() const { return followed_ && crossing_triangles(cavity_.mesh).size() > cavity_.crossing; }
+bool CavityMaker::spoilt() const { return followed_ && cavity_.crossing > crossing_anew_; }
 
 Made CavityMaker::made() const {
   Mesh mesh = body_.outer;

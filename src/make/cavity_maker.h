@@ -31,6 +31,7 @@ private:
   CavityMesh cavity_;  ///< working frame
   Mesh shells_;        ///< as stored, in the frame given
   Moments moments_ = Moments::Zero();
+  std::size_t crossing_anew_ = 0;  ///< triangles that crossed when it was meshed last
   bool followed_ = false;
 };
 

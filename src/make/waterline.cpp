@@ -140,22 +140,32 @@ WaterlineState at_waterline(const FloatProblem& problem, double waterline_mm) {
   return state;
 }
 
-bool comes_back(const FloatProblem& problem, const WaterlineState& state) {
-  if (!state.attainable || state.metacentric_height_mm < kSmallestHeight * problem.diagonal_mm) return false;
+namespace {
+
+/// Whether a body of the state's centre of mass and `factor` times its mass comes back to within `rest_rad` of upright, dry, when
+/// it is let go tilted by 10 degrees in so many directions.
+bool comes_back(const FloatProblem& problem, const WaterlineState& state, double factor, int directions, double rest_rad) {
   constexpr double tilt = 10 * std::numbers::pi / 180;
   const Eigen::Vector3d centre = state.lowest.moments.segment<3>(MX) / state.lowest.moments[M1];
   FloatingRestOptions options;
   options.fluid_g_cm3 = problem.fluid_g_cm3;
   options.tolerance_rad = 1e-4;
-  for (int n = 0; n < 4; ++n) {
-    const double azimuth = (n + 0.5) * std::numbers::pi / 2;
+  for (int n = 0; n < directions; ++n) {
+    const double azimuth = (n + 0.5) * 2 * std::numbers::pi / directions;
     const Eigen::Vector3d up(std::sin(tilt) * std::cos(azimuth), std::sin(tilt) * std::sin(azimuth), std::cos(tilt));
-    const FloatingRest rest =
-        floating_rest(problem.hull, grams(state.lowest.moments[M1], problem.density_g_cm3), centre, up, options);
-    if (!rest.rests() || rest.took_water || std::acos(std::clamp(rest.up.z(), -1.0, 1.0)) > 0.5 * std::numbers::pi / 180)
-      return false;
+    const double mass_g = factor * grams(state.lowest.moments[M1], problem.density_g_cm3);
+    const FloatingRest rest = floating_rest(problem.hull, mass_g, centre, up, options);
+    if (!rest.rests() || rest.took_water || std::acos(std::clamp(rest.up.z(), -1.0, 1.0)) > rest_rad) return false;
   }
   return true;
+}
+
+}  // namespace
+
+bool comes_back(const FloatProblem& problem, const WaterlineState& state) {
+  constexpr double degree = std::numbers::pi / 180;
+  return state.attainable && state.metacentric_height_mm >= kSmallestHeight * problem.diagonal_mm &&
+         comes_back(problem, state, 1, 4, 0.5 * degree) && comes_back(problem, state, 1.01, 3, 0.9 * degree);
 }
 
 std::optional<double> best_waterline(const FloatProblem& problem, double reserve, const Progress& progress) {
@@ -250,7 +260,8 @@ std::string why_unattainable(const FloatProblem& problem, const WaterlineState& 
            " mm: with the lowest possible centre of mass the metacentric height is " + number(state.metacentric_height_mm, 2) +
            " mm, and it must be positive.";
   return "It does not float upright at a waterline of " + number(state.waterline_mm, 2) + " mm: the metacentric height is " +
-         number(state.metacentric_height_mm, 2) + " mm, but let go tilted by 10 degrees it does not come back.";
+         number(state.metacentric_height_mm, 2) +
+         " mm, but let go tilted by 10 degrees it does not come back, or not with 1 % more plastic than planned.";
 }
 
 std::string why_no_waterline(const FloatProblem& problem, double reserve, const Progress& progress) {
@@ -293,7 +304,7 @@ std::string why_no_waterline(const FloatProblem& problem, double reserve, const 
            ": it can only be balanced deeper, where a print a little too heavy sinks. The metacentric height is " + at_best +
            " there.";
   return "It does not float upright at any waterline that leaves " + dry + ": where the metacentric height is positive, " +
-         at_best + ", it still does not come back when let go tilted by 10 degrees.";
+         at_best + ", it still does not come back when let go tilted by 10 degrees, or not with 1 % more plastic than planned.";
 }
 
 }  // namespace rayrep

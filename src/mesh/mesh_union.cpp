@@ -1,3 +1,5 @@
+#include "mesh/mesh_union.h"
+
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
@@ -204,8 +206,8 @@ std::array<Vector2d, 4> sample_points(const Polygon& polygon) {
 /// mesh as it was given.
 class UnionBoundary {
 public:
-  UnionBoundary(const Mesh& mesh, const Progress& progress)
-      : mesh_(mesh), progress_(progress), turned_(in_general_position(mesh)), cutters_(mesh.triangles.size()) {
+  UnionBoundary(const Mesh& mesh, const TrianglePairs& close, const Progress& progress)
+      : mesh_(mesh), close_(close), progress_(progress), turned_(in_general_position(mesh)), cutters_(mesh.triangles.size()) {
     tolerance_mm_ = kTouching * bounding_box(turned_).diagonal().norm();
     needle_.resize(mesh.triangles.size());
     seen_area_.resize(mesh.triangles.size());
@@ -277,13 +279,13 @@ private:
   }
 
   void find_cutters() {
-    const std::vector<std::pair<int, int>> pairs = close_pairs(mesh_);
-    std::vector<char> relevant(pairs.size());
-    in_batches(pairs.size(), 1 << 18, 512, [&](std::size_t i) { relevant[i] = cut_each_other(pairs[i].first, pairs[i].second); });
-    for (std::size_t i = 0; i < pairs.size(); ++i)
+    std::vector<char> relevant(close_.size());
+    in_batches(close_.size(), 1 << 18, 512,
+               [&](std::size_t i) { relevant[i] = cut_each_other(close_[i].first, close_[i].second); });
+    for (std::size_t i = 0; i < close_.size(); ++i)
       if (relevant[i]) {
-        cutters_[pairs[i].first].push_back(pairs[i].second);
-        cutters_[pairs[i].second].push_back(pairs[i].first);
+        cutters_[close_[i].first].push_back(close_[i].second);
+        cutters_[close_[i].second].push_back(close_[i].first);
       }
   }
 
@@ -484,6 +486,7 @@ private:
   }
 
   const Mesh& mesh_;
+  const TrianglePairs& close_;
   const Progress& progress_;
   Mesh turned_;
   std::optional<SurfaceQuery> surface_;  ///< of the turned mesh, when there are more than a few rays
@@ -497,9 +500,11 @@ private:
 
 }  // namespace
 
-Mesh boundary_of_union(const Mesh& mesh, const Progress& progress) {
+Mesh boundary_of_union(const Mesh& mesh, const Progress& progress) { return boundary_of_union(mesh, close_pairs(mesh), progress); }
+
+Mesh boundary_of_union(const Mesh& mesh, const TrianglePairs& close, const Progress& progress) {
   if (mesh.triangles.empty()) return mesh;
-  return UnionBoundary(mesh, progress).run();
+  return UnionBoundary(mesh, close, progress).run();
 }
 
 }  // namespace rayrep

@@ -209,6 +209,26 @@ ClosestPoint SurfaceQuery::closest(const Eigen::Vector3d& p, double radius_mm, i
   return context.best;
 }
 
+void SurfaceQuery::triangles_near(const Eigen::Vector3d& p, double radius_mm, std::vector<int>& found) const {
+  found.clear();
+  const Eigen::Vector3d local = p - impl_->centre;
+  RTCPointQuery query;
+  query.x = static_cast<float>(local.x());
+  query.y = static_cast<float>(local.y());
+  query.z = static_cast<float>(local.z());
+  query.time = 0;
+  query.radius = search_radius(radius_mm, 1e-6 * impl_->diagonal_mm);
+  RTCPointQueryContext stack;
+  rtcInitPointQueryContext(&stack);
+  rtcPointQuery(
+      impl_->scene, &query, &stack,
+      [](RTCPointQueryFunctionArguments* args) {
+        static_cast<std::vector<int>*>(args->userPtr)->push_back(static_cast<int>(args->primID));
+        return false;
+      },
+      &found);
+}
+
 void SurfaceQuery::line_hits(const Eigen::Vector2d& xy, std::vector<LineHit>& hits) const {
   hits.clear();
   thread_local std::vector<unsigned> candidates;

@@ -184,6 +184,8 @@ std::string to_json(const RunReport& report) {
   json["after"]["cavities"] = verdict.cavities;
   json["after"]["solid_islands"] = verdict.solid_islands;
   json["after"]["trapped_resin_g"] = verdict.trapped_resin_g;
+  json["after"]["crossing_triangles"] = verdict.crossing_triangles;
+  json["after"]["outer_crossing_triangles"] = verdict.outer_crossing_triangles;
   json["after"]["smallest_wall_mm"] = number(verdict.smallest_wall_mm);
   json["inertial"] = is_physical(verdict.body.inertia_g_mm2)
                          ? Json{{"urdf", urdf_inertial(verdict.body)}, {"mjcf", mjcf_inertial(verdict.body)}}

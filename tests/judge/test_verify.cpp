@@ -10,6 +10,7 @@
 
 #include "rayrep/base/error.h"
 #include "rayrep/judge/verify.h"
+#include "rayrep/mesh/surface_query.h"
 #include "solids.h"
 
 namespace rayrep {
@@ -157,8 +158,8 @@ TEST(VerifyFloat, TheBoatPasses) {
   EXPECT_TRUE(verdict.notes.empty());
   Names names;
   for (const Criterion& c : verdict.criteria) names.push_back(c.name);
-  EXPECT_EQ(names, Names({"closed", "outer_unchanged", "no_islands", "wall", "mass_error", "offset", "metacentric_height",
-                          "settled_tilt", "reserve"}));
+  EXPECT_EQ(names, Names({"closed", "outer_unchanged", "no_islands", "no_crossings", "wall", "mass_error", "offset",
+                          "metacentric_height", "settled_tilt", "reserve"}));
 }
 
 const Figure& figure(const Verdict& verdict, const std::string& name) {
@@ -341,6 +342,109 @@ TEST(VerifyFloat, CavitiesThatOverlapCountOnce) {
   EXPECT_NEAR(both.state.body.volume_mm3, expected, 1e-9 * expected);
   const FloatVerdict twice = verify(test::merged({outer, a, a}), &outer, boat.goal);
   EXPECT_NEAR(twice.state.body.volume_mm3, 60 * 40 * 30 - 25 * 20 * 15, 1e-9 * expected);
+  // For all that neither is sound: what one program takes for empty another one prints.
+  EXPECT_FALSE(criterion(both, "no_crossings").pass());
+  EXPECT_EQ(twice.crossing_triangles, 24u);
+}
+
+TEST(VerifyFloat, TheWallIsMeasuredInTheMiddleOfTriangles) {
+  // A dent in the lid above the middle of a cavity of two triangles a side, whose corners are all far from it.
+  Boat boat;
+  for (const double depth : {1.0, 2.0, 2.999, 3.0, 3.5}) {
+    Mesh outer = Boat::outer();
+    const auto top = std::find_if(outer.vertices.begin(), outer.vertices.end(),
+                                  [](const Eigen::Vector3d& v) { return v == Eigen::Vector3d(0, 0, 30); });
+    ASSERT_NE(top, outer.vertices.end());
+    top->z() -= depth;
+    const Mesh delivered = test::hollow(outer, test::box({-25, -15, 7}, {25, 15, 27}));
+    for (const Mesh* original : {static_cast<const Mesh*>(&outer), static_cast<const Mesh*>(nullptr)}) {
+      const FloatVerdict verdict = verify(delivered, original, boat.goal);
+      EXPECT_NEAR(verdict.smallest_wall_mm, std::max(0.0, 3 - depth), 1e-12);
+      EXPECT_FALSE(criterion(verdict, "wall").pass());
+      EXPECT_EQ(criterion(verdict, "no_crossings").pass(), depth < 3);
+    }
+  }
+}
+
+TEST(VerifyFloat, TheWallOfASphereInASphereIsThatOfTheirFacets) {
+  // Both coarse and turned against each other: the smallest distance lies between two triangles, inside of both or on edges.
+  FloatSpec goal;
+  goal.waterline_mm = 10;
+  goal.print.wall_mm = 1;
+  const Mesh outer = test::icosphere(12, 1);
+  const Mesh cavity = test::rotated(test::icosphere(9, 1), test::random_rotation(4));
+  double expected = std::numeric_limits<double>::infinity();
+  for (const auto& v : cavity.vertices)
+    for (std::size_t t = 0; t < outer.triangles.size(); ++t)
+      expected = std::min(expected, point_triangle_distance(v, outer.corner(t, 0), outer.corner(t, 1), outer.corner(t, 2)));
+  // Of a convex body around another one the nearest point of the inner one is a corner of it.
+  EXPECT_NEAR(verify(test::hollow(outer, cavity), &outer, goal).smallest_wall_mm, expected, 1e-9);
+}
+
+TEST(VerifyFloat, ACavityThatIsThereTwiceFails) {
+  const Boat boat;
+  const Mesh outer = Boat::outer();
+  const Mesh cavity = test::flipped(boat.cavity());
+  for (const Mesh* original : {&outer, static_cast<const Mesh*>(nullptr)}) {
+    const FloatVerdict twice = verify(test::merged({outer, cavity, cavity}), original, boat.goal);
+    EXPECT_EQ(failed(twice), Names({"no_crossings"}));
+    EXPECT_EQ(twice.crossing_triangles, 2 * cavity.triangles.size());
+    // The same box in other triangles, and a little smaller.
+    const Mesh coarse = test::flipped(test::box({-25, -15, 7}, {25, 15, 27}));
+    EXPECT_EQ(failed(verify(test::merged({outer, cavity, coarse}), original, boat.goal)), Names({"no_crossings"}));
+    const Mesh smaller = test::flipped(test::box({-24, -14, 8}, {24, 14, 26}));
+    EXPECT_EQ(failed(verify(test::merged({outer, cavity, smaller}), original, boat.goal)), Names({"closed"}));
+  }
+}
+
+TEST(VerifyFloat, ACavityInsideAnotherThatTouchesItInACornerFails) {
+  const Boat boat;
+  const Mesh outer = Boat::outer();
+  Mesh inner = test::flipped(test::box({-24, -14, 8}, {24, 14, 26}));
+  for (auto& v : inner.vertices)
+    if (v == Eigen::Vector3d(24, 14, 26)) v = Eigen::Vector3d(25, 15, 27);
+  const FloatVerdict verdict = verify(test::merged({boat.mesh(), inner}), &outer, boat.goal);
+  EXPECT_EQ(verdict.cavities, 1u);  // they hang together
+  EXPECT_EQ(verdict.crossing_triangles, 0u);
+  EXPECT_EQ(failed(verdict), Names({"closed"}));
+  ASSERT_EQ(verdict.notes.size(), 1u);
+  EXPECT_NE(verdict.notes[0].find("inside another one"), std::string::npos);
+}
+
+TEST(VerifyFloat, ACavityWhereTwoBodiesOverlapIsNoneAndFails) {
+  const Boat boat;
+  const Mesh outer = test::merged({test::box({-30, -20, 0}, {10, 20, 30}), test::box({-10, -19, 1}, {30, 19, 29})});
+  const Mesh cavity = test::flipped(test::box({-5, -5, 10}, {5, 5, 20}));  // winding number 1 remains: a slicer prints it
+  const FloatVerdict there = verify(test::merged({outer, cavity}), &outer, boat.goal);
+  EXPECT_FALSE(criterion(there, "closed").pass());
+  const FloatVerdict beside = verify(test::merged({outer, test::moved(cavity, {-18, 0, 0})}), &outer, boat.goal);
+  EXPECT_TRUE(criterion(beside, "closed").pass());
+  EXPECT_TRUE(criterion(beside, "no_crossings").pass());
+  EXPECT_GT(beside.outer_crossing_triangles, 0u);
+  ASSERT_FALSE(beside.notes.empty());
+  EXPECT_NE(beside.notes[0].find("not judged"), std::string::npos);
+}
+
+TEST(VerifyFloat, CavitiesThatCrossOneAnotherThemselvesOrTheOutsideFail) {
+  const Boat boat;
+  const Mesh outer = Boat::outer();
+  const auto crossing = [&](const Mesh& cavity) {
+    const FloatVerdict verdict = verify(test::merged({outer, cavity}), &outer, boat.goal);
+    EXPECT_EQ(criterion(verdict, "no_crossings").pass(), verdict.crossing_triangles == 0);
+    return verdict.crossing_triangles;
+  };
+  const Mesh a = test::flipped(test::icosphere(5, 1, {-4, 0, 15}));
+  EXPECT_EQ(crossing(a), 0u);
+  EXPECT_EQ(crossing(test::merged({a, test::flipped(test::icosphere(5, 1, {7, 0, 15}))})), 0u);
+  EXPECT_GT(crossing(test::merged({a, test::flipped(test::icosphere(5, 1, {4, 0, 15}))})), 10u);
+  Mesh folded = a;  // one vertex pulled out through the other side
+  folded.vertices[0] = 2.5 * Eigen::Vector3d(-4, 0, 15) - 1.5 * folded.vertices[0];
+  EXPECT_GT(crossing(folded), 2u);
+  EXPECT_GT(crossing(test::moved(a, {0, 0, 12})), 2u);  // out of the lid
+  // A corner that touches a face without a common vertex.
+  Mesh touching = test::flipped(test::box({2, 2, 2}, {6, 6, 6}));
+  touching = test::merged({touching, test::flipped(test::box({6, 3, 3}, {9, 5, 5}))});
+  EXPECT_GT(crossing(touching), 2u);
 }
 
 TEST(VerifyFloat, ManyCavitiesAndIslandsAreAllFound) {

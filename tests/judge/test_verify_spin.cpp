@@ -127,8 +127,8 @@ TEST(VerifySpin, TheFlatBlockPasses) {
   EXPECT_NEAR(verdict.smallest_wall_mm, 6, 1e-12);
   EXPECT_EQ(verdict.outer_deviation_mm, 0);
   EXPECT_TRUE(verdict.notes.empty());
-  EXPECT_EQ(all(verdict), Names({"closed", "outer_unchanged", "no_islands", "wall", "offset", "axis_angle", "axis_class",
-                                 "stable_speeds", "simulated_tilt"}));
+  EXPECT_EQ(all(verdict), Names({"closed", "outer_unchanged", "no_islands", "no_crossings", "wall", "offset", "axis_angle",
+                                 "axis_class", "stable_speeds", "simulated_tilt"}));
 }
 
 // Mass and moments of inertia grow alike with more plastic everywhere, so that the speeds stay; the scatter of the centre of mass
@@ -284,8 +284,8 @@ TEST(VerifySpin, AYoyoIsJudgedByItsCentre) {
   put(block.goal, block.middle());
   const SpinVerdict good = block.judged();
   EXPECT_EQ(failed(good), Names());
-  EXPECT_EQ(all(good), Names({"closed", "outer_unchanged", "no_islands", "wall", "offset", "centre", "axis_angle", "axis_class",
-                              "stable_speeds", "simulated_tilt"}));
+  EXPECT_EQ(all(good), Names({"closed", "outer_unchanged", "no_islands", "no_crossings", "wall", "offset", "centre", "axis_angle",
+                              "axis_class", "stable_speeds", "simulated_tilt"}));
   ASSERT_EQ(good.state.sliding.size(), 1u);
   EXPECT_EQ(good.state.sliding[0].lo_rad_s, 0);
   const double share = 20. * 16 * 8 / (60 * 50 * 20 - 20 * 16 * 8);

@@ -2,7 +2,9 @@
 
 #include <cmath>
 
+#include "make/cavity_mender.h"
 #include "mesh/predicates.h"
+#include "mesh/surface_gap.h"
 #include "rayrep/make/cavity.h"
 #include "rayrep/rays/inner_domain.h"
 #include "solids.h"
@@ -81,18 +83,69 @@ TEST(Cavity, TrianglesKeepTheWallBetweenTheirVertices) {
     const Moments q = plane(bounding_box(solid).min().z() - 1);  // all of the inner domain is cavity
     const CavityMesh cavity = cavity_of(solid, q, 0.5 * wall);
     ASSERT_GT(cavity.mesh.triangles.size(), 1000u);
-    const SurfaceQuery surface(solid);
-    double thinnest = 1e9;
-    for (std::size_t t = 0; t < cavity.mesh.triangles.size(); ++t) {
-      const Eigen::Vector3d a = cavity.mesh.corner(t, 0);
-      const Eigen::Vector3d b = cavity.mesh.corner(t, 1);
-      const Eigen::Vector3d c = cavity.mesh.corner(t, 2);
-      for (const Eigen::Vector3d& p : {Eigen::Vector3d((a + b + c) / 3), Eigen::Vector3d((a + b) / 2), Eigen::Vector3d((b + c) / 2),
-                                       Eigen::Vector3d((a + c) / 2)})
-        thinnest = std::min(thinnest, surface.closest(p, 20).distance_mm);
-    }
-    EXPECT_GT(thinnest, 0.98 * wall);
+    EXPECT_GE(smallest_gap(cavity.mesh, SurfaceQuery(solid)), 0.99 * wall);
   }
+}
+
+TEST(Cavity, KeepsTheWallAndDoesNotCrossAsStored) {
+  // A crease, a corner and a dent again, in the middle of nowhere: float32 coordinates lie up to 1/154 of the wall apart there.
+  const double wall = 1.2;
+  Mesh dented = icosphere(12, 4);
+  for (auto& v : dented.vertices) v *= 1 - 0.4 * std::exp(-(v / 12 - Eigen::Vector3d::UnitX()).squaredNorm() / 0.1);
+  for (const double from_origin : {0.0, 1e3, 1e5})
+    for (const Mesh& solid : {rotated(l_shape(9), random_rotation(6)), dented}) {
+      const auto stored = [&](const Mesh& mesh) {
+        Mesh result = moved(mesh, from_origin * Eigen::Vector3d(1, -0.7, 0.4));
+        for (auto& v : result.vertices)
+          for (double& x : v) x = static_cast<float>(x);
+        return result;
+      };
+      const Mesh body = moved(stored(solid), -from_origin * Eigen::Vector3d(1, -0.7, 0.4));
+      const SurfaceQuery surface(body);
+      InnerDomainOptions inner;
+      inner.wall_mm = wall;
+      inner.ray_spacing_mm = inner.field_spacing_mm = 0.4;
+      BlockField field = inner_domain(surface, inner).field;
+      CavityOptions options;
+      options.as_delivered = stored;
+      CavityMesh cavity = mesh_cavity(field, surface, plane(-2, 0.3), options);
+      for (const double height : {-2.0, -1.95, -1.9}) {  // made anew, and then following
+        if (height > -2) {
+          ASSERT_TRUE(follow_quadric(cavity, field, surface, plane(height, 0.3), options));
+        }
+        EXPECT_EQ(cavity.crossing, 0u);
+        const Mesh delivered = with_merged_vertices(stored(cavity.mesh));
+        EXPECT_TRUE(crossing_triangles(delivered).empty());
+        EXPECT_GE(smallest_gap(delivered, SurfaceQuery(stored(solid))), 0.98 * wall);
+      }
+    }
+}
+
+TEST(Cavity, FoldsThatRoundingMakesAreMended) {
+  // Two vertices so near to each other that they are stored as one, in a shell that is sound as it is.
+  Mesh shell = flipped(icosphere(5, 4));
+  const int a = shell.triangles[0][0];
+  const int b = shell.triangles[0][1];
+  shell.vertices[a] = shell.vertices[b] + 1e-9 * (shell.vertices[a] - shell.vertices[b]);
+  const auto stored = [](Mesh mesh) {
+    for (auto& v : mesh.vertices)
+      for (double& x : v) x = static_cast<float>(x);
+    return mesh;
+  };
+  ASSERT_TRUE(crossing_triangles(shell).empty());
+  ASSERT_FALSE(crossing_triangles(stored(shell)).empty());
+  const SurfaceQuery surface(icosphere(6.25, 4));
+  CavityOptions options;
+  options.as_delivered = stored;
+  Mesh mended = shell;
+  EXPECT_TRUE(detail::CavityMender(surface, options).mend(mended, std::vector<char>(shell.vertices.size(), 1)).empty());
+  EXPECT_TRUE(crossing_triangles(with_merged_vertices(stored(mended))).empty());
+  EXPECT_GE(smallest_gap(mended, surface), 0.99 * options.wall_mm);
+  std::size_t moved = 0;
+  for (std::size_t v = 0; v < shell.vertices.size(); ++v) moved += mended.vertices[v] != shell.vertices[v];
+  EXPECT_GT(moved, 0u);
+  EXPECT_LT(moved, 40u);
+  EXPECT_NEAR(mesh_moments(mended)[M1], mesh_moments(shell)[M1], 0.05);
 }
 
 TEST(Cavity, VolumeOfASphericalCapConverges) {

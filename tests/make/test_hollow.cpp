@@ -236,6 +236,24 @@ TEST(HollowFloat, CanBeInterruptedInEveryStage) {
   }
 }
 
+TEST(HollowFloat, EveryExampleKeepsTheWallInAllTrianglesAndCrossesNowhereAsStored) {
+  std::size_t examples = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(RAYREP_SOURCE_DIR) / "examples")) {
+    if (entry.path().extension() != ".stl") continue;
+    ++examples;
+    const Mesh solid = require_solid(read_mesh(entry.path()).mesh, "example").mesh;
+    Job<FloatSpec> job = coarse();
+    job.hollow.as_stored = [](const Mesh& mesh) { return as_stored("x.stl", mesh); };
+    const Outcome<FloatSpec> result = hollowed(solid, job);
+    EXPECT_LT(result.as_built_error, 1e-6) << entry.path();
+    const FloatVerdict verdict = verify(as_stored("x.stl", result.delivery.body()), &solid, result.found);
+    EXPECT_GE(verdict.smallest_wall_mm, 0.9899 * result.wall_mm) << entry.path();
+    EXPECT_EQ(verdict.crossing_triangles, 0u) << entry.path();
+    EXPECT_TRUE(verdict.pass()) << entry.path();
+  }
+  EXPECT_EQ(examples, 8u);
+}
+
 TEST(WorkingFrame, IsExactAlongTheAxes) {
   const Mesh mesh = moved(box({0, 0, 0}, {1, 2, 3}), {5, 6, 7});
   for (const Eigen::Vector3d& up :
@@ -277,7 +295,8 @@ TEST_P(SharedShapes, FloatsUpright) {
 INSTANTIATE_TEST_SUITE_P(Issue2, SharedShapes,
                          ::testing::Values(Shape{"duck.obj", 'z', 0, 14}, Shape{"duck.obj", 'z', 0, 18},
                                            Shape{"boat.obj", 'y', 80, 0}, Shape{"utah_teapot_solid.stl", 'z', 80, 0},
-                                           Shape{"heart_closed.stl", 'y', 0, 0}));
+                                           Shape{"heart_closed.stl", 'y', 0, 0}, Shape{"cat.obj", 'z', 80, 0},
+                                           Shape{"elephant.ply", 'z', 80, 0}, Shape{"t-rex.obj", 'y', 80, 0}));
 
 }  // namespace
 }  // namespace rayrep

@@ -21,7 +21,13 @@ void on_signal(int signal) {
 
 bool is_interrupted() { return interrupted.load(); }
 
-/// What would do instead of a hollowing that was refused for its goal: told beside the message, and with --suggest as command lines
+/// A hollowing that was refused for its goal; on request one that was refused for its mesh.
+bool can_be_advised(const rayrep::tool::Options& options, const rayrep::Error& error) {
+  return options.command == rayrep::tool::Command::hollow && !options.each &&
+         (error.code() == rayrep::ErrorCode::goal || (options.suggest && error.code() == rayrep::ErrorCode::input));
+}
+
+/// What would do instead of a hollowing that was refused: told beside the message, and with --suggest as command lines
 /// on standard output.
 void advise(int argc, char** argv, const rayrep::tool::Options& options) {
   if (!options.suggest && (options.quiet || options.no_advice)) return;
@@ -52,7 +58,7 @@ int main(int argc, char** argv) {
     try {
       rayrep::tool::run(options, is_interrupted);
     } catch (const rayrep::Error& error) {
-      if (error.code() != rayrep::ErrorCode::goal || options.command != rayrep::tool::Command::hollow || options.each) throw;
+      if (!can_be_advised(options, error)) throw;
       std::cerr << "rayrep: " << error.what() << std::endl;
       advise(argc, argv, options);
       return static_cast<int>(error.code());

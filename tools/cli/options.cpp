@@ -521,7 +521,7 @@ std::string suggested(int argc, const char* const* argv, const Suggestion& sugge
       gone.insert(found->second.begin(), found->second.end());
     else
       gone.insert("--" + name);
-    more += " --" + name + " " + quoted(value);
+    more += " --" + name + (value.empty() ? "" : " " + quoted(value));
   }
   std::string text = "rayrep";
   for (int n = 1; n < argc; ++n) {

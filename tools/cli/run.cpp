@@ -118,9 +118,7 @@ ReadMesh read(const std::filesystem::path& path, const Options& options, CheckOp
 void refuse_unusable(const ReadMesh& mesh) {
   const MeshReport& report = mesh.checked.report;
   if (report.usable) return;
-  std::vector<std::string> remedies;
-  if (report.repairable) remedies.emplace_back("--repair");
-  throw Error(ErrorCode::input, mesh.summary.path + ": " + report.refusal, remedies);
+  throw Error(ErrorCode::input, mesh.summary.path + ": " + report.refusal);
 }
 
 void write_report(const Options& options, const RunReport& report) {
@@ -340,7 +338,8 @@ void run_hollow(const Options& options, Stages& stages, const Progress& progress
 
 constexpr CheckOptions kChecksToJudge{.self_intersections = false};
 
-void verify_one(const Options& options, const ReadMesh& input, Stages& stages, const Progress& progress) {
+void verify_one(const Options& options, const ReadMesh& mesh, Stages& stages, const Progress& progress) {
+  ReadMesh input = mesh;
   std::optional<ReadMesh> original;
   if (!options.original.empty()) {
     original = read(options.original, options, kChecksToJudge, progress);
@@ -408,6 +407,22 @@ std::optional<tbb::global_control> limit_threads(const Options& options) {
   return limit;
 }
 
+/// That a mesh with holes be closed by a guess, if it can be hollowed then.
+Advice advise_repair(const Options& options, const Progress& progress, const std::function<void(const Suggestion&)>& found) {
+  Options repairing = options;
+  repairing.repair = true;
+  ReadMesh input = read(options.input, repairing, {}, progress);
+  refuse_unusable(input);
+  refuse_loose_bodies(repairing, input, progress);
+  Advice advice{{}, "--repair"};
+  const HollowOptions how = hollow_options(options);
+  const HollowResult result = hollow(input.checked.mesh, options.spec, how, progress);
+  if (!verify(how.as_stored(result.delivery.body()), &input.checked.mesh, result.spec, {}, progress).pass()) return advice;
+  advice.suggestions.push_back({"the holes closed by a guess", {{"repair", ""}}});
+  found(advice.suggestions.back());
+  return advice;
+}
+
 }  // namespace
 
 Advice advise(const Options& options, const std::function<bool()>& cancelled, const std::function<void(const Suggestion&)>& found) {
@@ -415,6 +430,7 @@ Advice advise(const Options& options, const std::function<bool()>& cancelled, co
   Stages stages(options);
   const Progress progress{.stage = [&stages](std::string_view name) { stages.begin(name); }, .cancelled = cancelled};
   ReadMesh input = read(options.input, options, {}, progress);
+  if (!input.checked.report.usable && input.checked.report.repairable) return advise_repair(options, progress, found);
   refuse_unusable(input);
   refuse_loose_bodies(options, input, progress);
   return suggest(input.checked.mesh, options.spec, hollow_options(options), progress, found);

@@ -88,8 +88,12 @@ struct Verdict {
   std::size_t bad_edges = 0;      ///< edges not run equally often both ways
   std::size_t cavities = 0;       ///< cavity shells
   std::size_t solid_islands = 0;  ///< solid components floating free inside a cavity
-  double smallest_wall_mm = 0;    ///< smallest distance from a cavity vertex to the outer surface, negative where one pokes out of
-                                  ///< it; infinite without cavities
+  /// Triangles of cavities and islands that cross or touch others beyond shared corners and edges, or are there twice.
+  std::size_t crossing_triangles = 0;
+  std::size_t outer_crossing_triangles = 0;  ///< of the outer surface that cross or touch each other: told, not judged
+  /// Smallest distance between any triangle of a cavity and the outer surface, theory.md (43): 0 where they cross, negative where a
+  /// vertex pokes out of it; infinite without cavities.
+  double smallest_wall_mm = 0;
   double outer_deviation_mm = 0;  ///< two-sided Hausdorff distance of what was changed of the outer surface, theory.md (41): 0 when
                                   ///< nothing was, infinite when none is left
   double trapped_resin_g = 0;     ///< uncured, in sealed cavities: of Print::liquid_g_cm3, and not where Print says it is drained
@@ -110,12 +114,15 @@ struct FloatVerdict : Verdict {
 /// directions. Shares no code with ray-reps or solvers.
 ///
 /// Criteria, in this order, with the limits of Limits where they are not named here:
-///   closed              edges not run equally often both ways, and edges of shells that face inward but lie in nothing: 0
+///   closed              edges not run equally often both ways, of shells that face inward but lie in nothing, and of cavities that
+///                       do not lead from winding number 1 into 0 (one inside another, or where bodies overlap): 0
 ///   outer_unchanged     mm, only with an original: outer_deviation_mm, at most coordinate_rounding_mm. Triangles are compared in
 ///                       any order and orientation: as float32 where all delivered coordinates are such values (STL), else exactly
 ///   no_islands          0
-///   wall                only with a cavity and spec.print.wall_mm > 0: smallest wall over spec.print.wall_mm, at the cavities'
-///                       vertices
+///   no_crossings        triangles of cavities and islands that cross or touch others, or are there twice, in the mesh's own
+///                       coordinates: 0. Those of the outer surface are told in a note.
+///   wall                only with a cavity and spec.print.wall_mm > 0: smallest wall over spec.print.wall_mm, in the middle of
+///                       triangles too
 ///   trapped_resin       g, only of a Print with a liquid that is not drained, and a closed mesh: trapped_resin_g, 0
 ///   mass_error          relative to the displaced mass
 ///   offset              over the diagonal
@@ -152,7 +159,7 @@ struct SpinVerdict : Verdict {
 };
 
 /// Judges a delivered mesh, as the judge of floating does, by whether it spins. Criteria, in this order: closed, outer_unchanged,
-/// no_islands, wall and trapped_resin as there, then
+/// no_islands, no_crossings, wall and trapped_resin as there, then
 ///   offset         distance of the centre of mass from the axis, over the diagonal
 ///   centre         only of a yo-yo: distance of the centre of mass from contact_mm, over the diagonal
 ///   axis_angle     rad
@@ -194,7 +201,7 @@ struct StandVerdict : Verdict {
 };
 
 /// Judges a delivered mesh, as the judge of floating does, by whether it stands. Criteria, in this order: closed, outer_unchanged,
-/// no_islands, wall and trapped_resin as there, then
+/// no_islands, no_crossings, wall and trapped_resin as there, then
 ///   supported  corners of the support polygon: at least 3
 ///   inside     smallest tipping angle, rad
 ///   offset     only with a target: over the diagonal
@@ -219,7 +226,7 @@ struct TargetVerdict : Verdict {
 };
 
 /// Judges a delivered mesh, as the judge of floating does, by its mass, centre of mass and inertia. Criteria, in this order:
-/// closed, outer_unchanged, no_islands, wall and trapped_resin as there, then one for every wanted number, named by inertial_name:
+/// closed, outer_unchanged, no_islands, no_crossings, wall and trapped_resin as there, then one for every wanted number, named by inertial_name:
 /// its deviation, relative as InertialDeviation says.
 /// @throws Error{usage} for a goal that makes no sense; otherwise as verify_float
 TargetVerdict verify(const Mesh& delivered, const Mesh* original, const TargetSpec& spec, const Limits& limits = {},

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "rayrep/mesh/block_field.h"
@@ -14,6 +15,9 @@ namespace rayrep {
 struct CavityOptions {
   double wall_mm = 1.2;
   double min_cavity_mm3 = 4.0;  ///< smaller cavities are left out: they cannot be printed
+  /// What becomes of a mesh when it is delivered (turned back, rounded to what the file stores): no triangles may cross then.
+  /// Empty: nothing.
+  std::function<Mesh(const Mesh&)> as_delivered;
 };
 
 struct CavityMesh {
@@ -22,7 +26,7 @@ struct CavityMesh {
   std::size_t filled = 0;  ///< cavities left out because they were too small
   double filled_mm3 = 0;
   std::size_t closed_samples = 0;   ///< samples of the field closed because the surface folded there, see below
-  std::size_t crossing = 0;         ///< triangles that meet another one for all that
+  std::size_t crossing = 0;         ///< triangles that meet another one as delivered for all that
   std::size_t removed_islands = 0;  ///< specks of material floating in a cavity, left out
   double removed_mm3 = 0;
 };
@@ -31,9 +35,10 @@ struct CavityMesh {
 /// -q.phi / |grad q.phi|), meshed on the grid of `field` and then moved onto the exact surfaces: vertices nearer to the offset
 /// surface by exact closest points, the others along the gradient of the quadric. theory.md (16). Where the body is reentrant
 /// vertices keep a little more than the wall, so that the triangles between them keep it too, to second order in the spacing:
-/// theory.md (16c). Whether the shells are closed is for verify_float to say. Where the surface would fold or cross itself (slits
-/// thinner than a cell) the cavity is closed: the samples there are set to outside in `field`, and the mesh is made again, until it
-/// is free of self-intersections or nothing is left to close.
+/// theory.md (16c); what that leaves below 0.99 of the wall is measured and moved away, and vertices that rounding puts on each
+/// other are parted: theory.md (16f). Where the surface crosses itself as delivered for all that (slits thinner than a cell) the
+/// cavity is closed: the samples there are set to outside in `field`, and the mesh is made again, until it is free of
+/// self-intersections or nothing is left to close. Whether the shells are closed is for a judge to say.
 /// @param field  wall - distance, see InnerDomain
 /// @param q      switching function: material is where q.phi < 0
 CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Moments& q, const CavityOptions& options);
@@ -44,7 +49,7 @@ CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Mom
 bool follow_quadric(CavityMesh& cavity, const BlockField& field, const SurfaceQuery& surface, const Moments& q,
                     const CavityOptions& options);
 
-/// Triangles of a mesh that meet another one beyond a shared vertex or edge, ascending.
+/// Triangles of a mesh that meet another one beyond a shared vertex or edge, or have all corners in common with it, ascending.
 std::vector<std::size_t> crossing_triangles(const Mesh& mesh);
 
 }  // namespace rayrep

@@ -40,6 +40,9 @@ public:
   /// @param hint  a triangle expected to be near (e.g. the answer for a neighbouring point), or -1: only speeds the search up
   ClosestPoint closest(const Eigen::Vector3d& p, double radius_mm, int hint = -1) const;
 
+  /// All triangles that come within `radius_mm` of p, and some others, each once, in no order that means anything.
+  void triangles_near(const Eigen::Vector3d& p, double radius_mm, std::vector<int>& found) const;
+
   /// All crossings of the line x, y = const with the mesh, ascending in z, entering ones first where they coincide. Embree proposes
   /// triangles; whether the line passes through a proposed one, its depth and its sign are decided in double with the half-open
   /// rule of theory.md (10), by which a closed mesh is crossed as often up as down even through shared edges and vertices.

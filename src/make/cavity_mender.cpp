@@ -1,0 +1,120 @@
+#include "make/cavity_mender.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "mesh/surface_gap.h"
+
+namespace rayrep::detail {
+namespace {
+
+using Eigen::Vector3d;
+
+/// The shares of a triangle's corners in a point of it.
+Vector3d shares(const Corners3& t, const Vector3d& p) {
+  const Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
+  const double area2 = normal.squaredNorm();
+  Vector3d share = Vector3d::Constant(1.0 / 3);
+  if (!(area2 > 1e-10 * (t[1] - t[0]).squaredNorm() * (t[2] - t[0]).squaredNorm())) return share;
+  for (int k = 0; k < 3; ++k) {
+    const auto next = static_cast<std::size_t>((k + 1) % 3);
+    const auto last = static_cast<std::size_t>((k + 2) % 3);
+    share[k] = std::clamp((t[next] - p).cross(t[last] - p).dot(normal) / area2, 0.0, 1.0);
+  }
+  return share;
+}
+
+std::vector<int> triangles_at(const Mesh& mesh, const std::vector<char>& marked) {
+  std::vector<int> triangles;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Eigen::Vector3i& v = mesh.triangles[t];
+    if (marked[v[0]] | marked[v[1]] | marked[v[2]]) triangles.push_back(static_cast<int>(t));
+  }
+  return triangles;
+}
+
+void mark_corners(const Mesh& mesh, const std::vector<int>& triangles, std::vector<char>& marked) {
+  for (const int t : triangles)
+    for (const int v : mesh.triangles[t]) marked[v] = 1;
+}
+
+/// Moves the marked vertices half the way to the middle of those around them.
+void relax(Mesh& mesh, const std::vector<char>& marked) {
+  std::vector<Vector3d> sum(mesh.vertices.size(), Vector3d::Zero());
+  std::vector<int> count(mesh.vertices.size(), 0);
+  for (const auto& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) {
+      if (!marked[t[k]]) continue;
+      sum[t[k]] += mesh.vertices[t[(k + 1) % 3]] + mesh.vertices[t[(k + 2) % 3]];
+      count[t[k]] += 2;
+    }
+  for (std::size_t v = 0; v < marked.size(); ++v)
+    if (count[v] > 0) mesh.vertices[v] = 0.5 * (mesh.vertices[v] + sum[v] / count[v]);
+}
+
+}  // namespace
+
+std::vector<std::size_t> CavityMender::mend(Mesh& mesh, std::vector<char> moved) const {
+  constexpr int kAttempts = 8;
+  thicken(mesh, moved);
+  std::vector<std::size_t> crosses = crossing(mesh, moved);
+  for (int attempt = 0; attempt < kAttempts && !crosses.empty(); ++attempt) {
+    std::fill(moved.begin(), moved.end(), 0);
+    mark_corners(mesh, std::vector<int>(crosses.begin(), crosses.end()), moved);
+    for (int ring = 0; ring < attempt / 2; ++ring) mark_corners(mesh, triangles_at(mesh, moved), moved);
+    relax(mesh, moved);
+    thicken(mesh, moved);
+    crosses = crossing(mesh, moved);
+  }
+  return crosses;
+}
+
+void CavityMender::thicken(Mesh& mesh, std::vector<char>& moved) const {
+  constexpr int kRounds = 4;
+  constexpr double kLeast = 0.99;    // of the wall: what rounding may take then leaves 0.98 of it
+  constexpr double kWanted = 0.995;  // where less than the least is there
+  const double wall = options_.wall_mm;
+  std::vector<char> changed = moved;
+  std::vector<Vector3d> push(mesh.vertices.size());
+  for (int round = 0; round < kRounds; ++round) {
+    const std::vector<Gap> gaps = gaps_below(mesh, triangles_at(mesh, changed), surface_, kLeast * wall);
+    if (gaps.empty()) return;
+    std::fill(changed.begin(), changed.end(), 0);
+    std::fill(push.begin(), push.end(), Vector3d::Zero());
+    for (const Gap& gap : gaps) {
+      if (!(gap.nearest.distance_mm > 0)) continue;
+      const Vector3d inward = (gap.nearest.on_first - gap.nearest.on_second) / gap.nearest.distance_mm;
+      const Vector3d share = shares(corners_of(mesh, gap.triangle), gap.nearest.on_first);
+      const double missing = (kWanted * wall - gap.nearest.distance_mm) / share.squaredNorm();
+      for (int k = 0; k < 3; ++k) {
+        const int v = mesh.triangles[gap.triangle][k];
+        push[v] += std::max(0.0, missing * share[k] - push[v].dot(inward)) * inward;
+        changed[v] = moved[v] = 1;
+      }
+    }
+    for (std::size_t v = 0; v < push.size(); ++v)
+      if (changed[v]) mesh.vertices[v] += push[v];
+  }
+}
+
+std::vector<std::size_t> CavityMender::crossing(const Mesh& mesh, const std::vector<char>& moved) const {
+  Mesh delivered = options_.as_delivered ? options_.as_delivered(mesh) : mesh;
+  Eigen::AlignedBox3d box;
+  for (const int t : triangles_at(mesh, moved))
+    for (int k = 0; k < 3; ++k) box.extend(delivered.corner(static_cast<std::size_t>(t), k));
+  std::vector<std::size_t> number;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    Eigen::AlignedBox3d own;
+    for (int k = 0; k < 3; ++k) own.extend(delivered.corner(t, k));
+    if (!box.intersects(own)) continue;
+    delivered.triangles[number.size()] = mesh.triangles[t];
+    number.push_back(t);
+  }
+  delivered.triangles.resize(number.size());
+  std::vector<std::size_t> crosses = crossing_triangles(delivered);
+  for (std::size_t& t : crosses) t = number[t];
+  return crosses;
+}
+
+}  // namespace rayrep::detail

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "rayrep/make/cavity.h"
+#include "rayrep/mesh/mesh.h"
+#include "rayrep/mesh/surface_query.h"
+
+namespace rayrep::detail {
+
+/// Sees to it that the triangles between a cavity's vertices keep the wall too, and that none cross as delivered. theory.md (16f)
+class CavityMender {
+public:
+  /// Keeps references to both.
+  CavityMender(const SurfaceQuery& surface, const CavityOptions& options) : surface_(surface), options_(options) {}
+
+  /// Moves vertices of a mesh where that is needed, as little as it takes.
+  /// @param moved  for each vertex, whether it is new: triangles without such a corner are taken to be sound
+  /// @returns triangles that cross others as delivered for all that, ascending
+  std::vector<std::size_t> mend(Mesh& mesh, std::vector<char> moved) const;
+
+private:
+  /// Marks as moved what it moves.
+  void thicken(Mesh& mesh, std::vector<char>& moved) const;
+  /// Those in the box around all triangles with a corner that was moved.
+  std::vector<std::size_t> crossing(const Mesh& mesh, const std::vector<char>& moved) const;
+
+  const SurfaceQuery& surface_;
+  const CavityOptions& options_;
+};
+
+}  // namespace rayrep::detail
