@@ -18,7 +18,9 @@ namespace {
 
 using detail::SpinFrame;
 
-constexpr int kFewRays = 80;  ///< along the longest side, to see whether a change is worth a trial
+constexpr int kFewRays = 80;     ///< along the longest side, to see whether a change is worth a trial
+constexpr int kMostLooks = 100;  ///< on few rays: then it is enough
+constexpr int kMostTrials = 12;  ///< in full
 
 /// A change of what was asked, on the way to become a suggestion.
 using Change = Suggestion;
@@ -77,11 +79,10 @@ public:
       advice.tried += (advice.tried.empty() ? "" : ", ") + way.words;
       keep(least(way, {}));
     }
-    constexpr std::size_t enough_pairs = 2;
     if (advice.suggestions.empty()) {
       advice.tried += ", and two of these together";
       for (std::size_t a = 0; a < ways_.size(); ++a)
-        for (std::size_t b = 0; b < ways_.size() && advice.suggestions.size() < enough_pairs; ++b)
+        for (std::size_t b = 0; b < ways_.size() && advice.suggestions.empty(); ++b)
           if (a != b && !ways_[a].ladder.empty() && (a < b || ways_[b].ladder.empty())) keep(least_pair(ways_[a], ways_[b]));
     }
     return advice;
@@ -109,8 +110,9 @@ private:
   }
 
   /// Whether it can be done on few rays.
-  bool in_reach(const Change& change) const {
+  bool in_reach(const Change& change) {
     quiet_.check();
+    if (++looks_ > kMostLooks) return false;
     try {
       std::visit([&](const auto& spec) { detail::plan(mesh_with(change), spec, few_rays(), quiet_); }, spec_with(change));
       return true;
@@ -122,8 +124,9 @@ private:
   }
 
   /// Whether it is done: made as asked, and judged.
-  bool delivers(const Change& change) const {
+  bool delivers(const Change& change) {
     quiet_.check();
+    if (++trials_ > kMostTrials) return false;
     try {
       const Mesh mesh = mesh_with(change);
       const HollowResult result = hollow(mesh, spec_with(change), options_, quiet_);
@@ -135,7 +138,7 @@ private:
   }
 
   /// The least change along a way that is in reach after what was changed `before`, by its place in the ladder.
-  std::optional<std::size_t> first_in_reach(const Way& way, const Change& before) const {
+  std::optional<std::size_t> first_in_reach(const Way& way, const Change& before) {
     const auto will_do = [&](std::size_t n) { return in_reach(combined(before, way.ladder[n])); };
     std::size_t known = way.ladder.size() - 1;
     // The largest change can be too much.
@@ -157,7 +160,7 @@ private:
   static Change combined(const Change& before, const Change& more) { return before.options.empty() ? more : both(before, more); }
 
   /// The least change along a way that is in reach and, tried in full, delivers.
-  std::optional<Change> least(const Way& way, const Change& before) const {
+  std::optional<Change> least(const Way& way, const Change& before) {
     if (way.search) {
       const std::optional<Change> change = way.search(before);
       if (!change || !delivers(combined(before, *change))) return std::nullopt;
@@ -165,14 +168,14 @@ private:
     }
     const std::optional<std::size_t> first = first_in_reach(way, before);
     if (!first) return std::nullopt;
-    constexpr std::size_t trials = 3;
-    for (std::size_t n = *first; n < std::min(way.ladder.size(), *first + trials); ++n)
+    // What few rays promise by a hair the mesh may miss.
+    for (std::size_t n = *first; n < std::min(way.ladder.size(), *first + 2); ++n)
       if (const Change change = combined(before, way.ladder[n]); delivers(change)) return change;
     return std::nullopt;
   }
 
   /// A pair: half or all of the first way, and as little as possible of the second.
-  std::optional<Change> least_pair(const Way& first, const Way& second) const {
+  std::optional<Change> least_pair(const Way& first, const Way& second) {
     for (const std::size_t n : {first.ladder.size() / 2, first.ladder.size() - 1})
       if (const auto change = least(second, first.ladder[n])) return change;
     return std::nullopt;
@@ -187,8 +190,8 @@ private:
   void add_sizes();
   void add_materials();
 
-  std::optional<Change> waterline(const Change& before) const;
-  std::optional<Change> axis(const Change& before, bool tilt) const;
+  std::optional<Change> waterline(const Change& before);
+  std::optional<Change> axis(const Change& before, bool tilt);
 
   const Mesh& mesh_;
   const Spec& asked_;
@@ -196,6 +199,8 @@ private:
   Progress quiet_;
   double size_mm_ = 0;
   std::vector<Way> ways_;
+  int looks_ = 0;
+  int trials_ = 0;
 };
 
 void Adviser::add_ways() {
@@ -213,7 +218,7 @@ void Adviser::add_waterlines(const FloatSpec&) {
   ways_.push_back({"other waterlines", {}, [this](const Change& before) { return waterline(before); }});
 }
 
-std::optional<Change> Adviser::waterline(const Change& before) const {
+std::optional<Change> Adviser::waterline(const Change& before) {
   FloatSpec spec = std::get<FloatSpec>(spec_with(before));
   const bool given = spec.waterline_mm || spec.submerged_fraction || spec.submerged_volume_fraction;
   spec.waterline_mm.reset();
@@ -247,7 +252,7 @@ void Adviser::add_axes(const SpinSpec& spec) {
 }
 
 /// The nearest axis, moved or tilted, about which it can spin.
-std::optional<Change> Adviser::axis(const Change& before, bool tilt) const {
+std::optional<Change> Adviser::axis(const Change& before, bool tilt) {
   const SpinSpec spec = std::get<SpinSpec>(spec_with(before));
   const detail::Discretisation few = detail::discretisation(spec.print, few_rays());
   const Mesh outer = detail::stored(mesh_with(before), options_);
@@ -313,8 +318,8 @@ bool says_places(const Spec& asked) {
 
 void Adviser::add_sizes() {
   if (says_places(asked_)) return;
-  Way way{"sizes up to four times this one", {}, {}};
-  for (const double factor : {1.25, 1.5, 2., 2.5, 3., 4.}) {
+  Way way{"sizes up to 2.5 times this one", {}, {}};
+  for (const double factor : {1.25, 1.5, 2., 2.5}) {
     const std::string text = number(size_mm_ * factor, size_mm_ < 10 ? 2 : 0);
     way.ladder.push_back({"a size of " + text + " mm", {{"size", text}}});
   }

@@ -83,7 +83,7 @@ double Body::missed() const {
 
 std::unique_ptr<Body> resolved_body(Mesh mesh, const Eigen::Affine3d& frame, Discretisation options, const Progress& progress) {
   constexpr double allowed = 0.01;
-  constexpr int finest = 1600;
+  const int finest = std::min(4 * options.resolution, 1600);
   // The slope of lines that meet the rows of a grid most evenly.
   const Eigen::AngleAxisd turn(std::atan(2 - std::numbers::phi), Eigen::Vector3d::UnitZ());
   auto body = std::make_unique<Body>(std::move(mesh), frame, options, progress);

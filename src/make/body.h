@@ -56,7 +56,8 @@ private:
 };
 
 /// The body on rays that do not miss its inner domain: where they do, their grid is turned about z, and made finer, until they see
-/// its volume to 1 % (or there are 1600 along the longest side). @param frame  to the working frame, but for a turn about z
+/// its volume to 1 % (or are four times as fine, or 1600 along the longest side). @param frame  to the working frame, but for a
+/// turn about z
 std::unique_ptr<Body> resolved_body(Mesh mesh, const Eigen::Affine3d& frame, Discretisation options, const Progress& progress);
 
 }  // namespace rayrep::detail

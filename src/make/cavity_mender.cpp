@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "mesh/surface_gap.h"
 
@@ -57,9 +58,15 @@ void relax(Mesh& mesh, const std::vector<char>& marked) {
 
 std::vector<std::size_t> CavityMender::mend(Mesh& mesh, std::vector<char> moved) const {
   constexpr int kAttempts = 8;
+  constexpr std::size_t kFew = 64;
   thicken(mesh, moved);
   std::vector<std::size_t> crosses = crossing(mesh, moved);
-  for (int attempt = 0; attempt < kAttempts && !crosses.empty(); ++attempt) {
+  // Many that hardly become fewer are for the caller to close.
+  auto goes_on = [&, before = 2 * crosses.size()]() mutable {
+    const bool fewer = crosses.size() <= 0.7 * static_cast<double>(std::exchange(before, crosses.size()));
+    return !crosses.empty() && (fewer || crosses.size() <= kFew);
+  };
+  for (int attempt = 0; attempt < kAttempts && goes_on(); ++attempt) {
     std::fill(moved.begin(), moved.end(), 0);
     mark_corners(mesh, std::vector<int>(crosses.begin(), crosses.end()), moved);
     for (int ring = 0; ring < attempt / 2; ++ring) mark_corners(mesh, triangles_at(mesh, moved), moved);

@@ -25,8 +25,8 @@ struct Advice {
 
 /// What would do when a goal cannot be met as asked: other walls, sizes, materials, attitudes, and as the goal has it waterlines,
 /// spin axes, contact points, contact tolerances and targets; one of them at a time and, where no single one does, two together.
-/// They are looked for on few rays and then tried in full, as `hollow` and `verify` would be called. What is found need not be all
-/// there is: along each change the least one of a ladder is taken.
+/// They are looked for on few rays and then tried in full, as `hollow` and `verify` would be called, both a limited number of
+/// times. What is found need not be all there is: along each change the least one of a ladder is taken.
 /// @param mesh     as for hollow, millimetres
 /// @param found    called for each suggestion as soon as it is known; may be empty
 /// @throws Error{interrupted}; Error{usage} as hollow does
