@@ -278,8 +278,11 @@ std::string why_no_waterline(const FloatProblem& problem, double reserve, const 
   bool enough_dry = false;
   for (const WaterlineState& state : states) {
     if (state.attainable) {
-      if (!best || state.metacentric_height_mm > best->metacentric_height_mm) best = &state;
-      enough_dry = enough_dry || state.water.displaced_volume_mm3 <= (1 - reserve) * hull_mm3;
+      // Of those that leave enough dry, or if there are none of all.
+      const bool dry = state.water.displaced_volume_mm3 <= (1 - reserve) * hull_mm3;
+      if (!best || dry > enough_dry || (dry == enough_dry && state.metacentric_height_mm > best->metacentric_height_mm))
+        best = &state;
+      enough_dry = enough_dry || dry;
     } else if (!best) {
       progress.check();
       const double at = smallest_offset_mm(problem.inner, problem.shell, state.displaced_g * 1000 / problem.density_g_cm3,
@@ -295,10 +298,10 @@ std::string why_no_waterline(const FloatProblem& problem, double reserve, const 
            " mm (horizontally) to the centre of buoyancy, at a waterline of " + number(offset_at, 2) + " mm.";
   const std::string at_best =
       number(best->metacentric_height_mm, 2) + " mm at best (waterline " + number(best->waterline_mm, 2) + " mm)";
-  if (best->metacentric_height_mm < kSmallestHeight * problem.diagonal_mm)
-    return "It does not float upright at any waterline: even with the lowest centre of mass the metacentric height is " + at_best +
-           ", and it must be positive.";
   const std::string dry = number(100 * reserve, 1) + " % of its volume dry (--reserve)";
+  if (best->metacentric_height_mm < kSmallestHeight * problem.diagonal_mm)
+    return "It does not float upright at any waterline that leaves " + dry +
+           ": even with the lowest centre of mass the metacentric height is " + at_best + ", and it must be positive.";
   if (!enough_dry)
     return "It does not float upright with " + dry +
            ": it can only be balanced deeper, where a print a little too heavy sinks. The metacentric height is " + at_best +

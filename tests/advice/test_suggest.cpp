@@ -94,6 +94,16 @@ TEST(Suggest, AWaterlineOutOfReachGetsAnother) {
   EXPECT_EQ(by(advice, "size"), nullptr);
 }
 
+// A statue that floats well, but with 3 % dry: less than a search leaves, more than a print's scatter.
+TEST(Suggest, AStatueGetsAWaterlineThatIsNotSearched) {
+  FloatSpec spec;
+  spec.print.wall_mm = 7;
+  const Advice advice = advice_that_works(test::box({0, 0, 0}, {30, 30, 80}), spec);
+  const Suggestion* waterline = by(advice, "waterline");
+  ASSERT_NE(waterline, nullptr);
+  EXPECT_GT(std::stod(waterline->options[0].second), 0.95 * 80);
+}
+
 // The nearest axis, and the nearest but for little: half of the way does not do.
 TEST(Suggest, AnAxisOutOfReachGetsTheNearest) {
   const Mesh block = test::box({0, 0, 0}, {40, 20, 20});
