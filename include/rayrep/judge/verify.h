@@ -226,8 +226,8 @@ struct TargetVerdict : Verdict {
 };
 
 /// Judges a delivered mesh, as the judge of floating does, by its mass, centre of mass and inertia. Criteria, in this order:
-/// closed, outer_unchanged, no_islands, no_crossings, wall and trapped_resin as there, then one for every wanted number, named by inertial_name:
-/// its deviation, relative as InertialDeviation says.
+/// closed, outer_unchanged, no_islands, no_crossings, wall and trapped_resin as there, then one for every wanted number, named by
+/// inertial_name: its deviation, relative as InertialDeviation says.
 /// @throws Error{usage} for a goal that makes no sense; otherwise as verify_float
 TargetVerdict verify(const Mesh& delivered, const Mesh* original, const TargetSpec& spec, const Limits& limits = {},
                      const Progress& progress = {});
