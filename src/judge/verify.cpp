@@ -330,7 +330,7 @@ FloatVerdict verify(const Mesh& delivered, const Mesh* original, const FloatSpec
   const double diagonal = surface.diagonal_mm;
   if (state.body.mass_g > 0 && state.displaced_mass_g == 0)
     verdict.notes.push_back("At this waterline the body displaces nothing.");
-  if (verdict.trapped_resin_g > state.buoyancy_reserve * state.body.mass_g)
+  if (verdict.trapped_resin_g > 0 && verdict.trapped_resin_g > state.buoyancy_reserve * state.body.mass_g)
     verdict.notes.push_back("With that resin inside it sinks.");
   say(verdict, limits);
   auto& criteria = verdict.criteria;

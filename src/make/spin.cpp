@@ -34,8 +34,10 @@ Error tumbles(const Moments& s, bool largest) {
   return {ErrorCode::goal,
           "It can be balanced about this axis, but would not spin stably: at best its moment of inertia about the axis is " +
               number(largest ? state.ratio_larger : state.ratio_smaller, 4) + " times the " + other +
-              " of the two across it, and must be " + (largest ? "more" : "less") +
-              " than that one. A body tumbles about an axis of middle moment."};
+              " of the two across it, and must be " + (largest ? "more" : "less") + " than that one. " +
+              (state.axis_class == AxisClass::middle ? "A body tumbles about an axis of middle moment."
+               : largest                             ? "It is the axis of its smallest moment: see --prefer smallest."
+                                                     : "It is the axis of its largest moment: see --prefer largest.")};
 }
 
 /// What a judge is to hold it to.

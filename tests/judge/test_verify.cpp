@@ -208,6 +208,11 @@ TEST(VerifyFloat, AReserveSmallerThanThePrintsScatterFails) {
   ASSERT_EQ(little.notes.size(), 1u);
   EXPECT_NE(little.notes[0].find("with 3 % more plastic it sinks"), std::string::npos) << little.notes[0];
   EXPECT_TRUE(judged(0.95).notes.empty());
+  // What sinks by itself does so without any resin.
+  FloatSpec heavy;
+  heavy.print.density_g_cm3 = 1.1;
+  heavy.waterline_mm = 5;
+  EXPECT_TRUE(verify(plate, nullptr, heavy).notes.empty());
   // What comes to no rest has no reserve to be judged.
   FloatSpec sinks;
   sinks.waterline_mm = 5;
