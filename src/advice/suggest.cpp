@@ -25,9 +25,10 @@ constexpr int kMostTrials = 12;  ///< in full
 /// A change of what was asked, on the way to become a suggestion.
 using Change = Suggestion;
 
-Change both(const Change& a, const Change& b) {
-  Change change{a.change + " and " + b.change, a.options};
-  change.options.insert(change.options.end(), b.options.begin(), b.options.end());
+Change combined(const Change& before, const Change& more) {
+  if (before.options.empty()) return more;
+  Change change{before.change + " and " + more.change, before.options};
+  change.options.insert(change.options.end(), more.options.begin(), more.options.end());
   return change;
 }
 
@@ -97,9 +98,11 @@ private:
 
   Mesh mesh_with(const Change& change) const {
     Mesh mesh = mesh_;
-    for (const auto& [name, text] : change.options)
-      if (name == "size")
-        for (auto& v : mesh.vertices) v *= parse_number("size", text) / size_mm_;
+    for (const auto& [name, text] : change.options) {
+      if (name != "size") continue;
+      const double factor = parse_number("size", text) / size_mm_;
+      for (auto& v : mesh.vertices) v *= factor;
+    }
     return mesh;
   }
 
@@ -157,8 +160,6 @@ private:
     return known;
   }
 
-  static Change combined(const Change& before, const Change& more) { return before.options.empty() ? more : both(before, more); }
-
   /// The least change along a way that is in reach and, tried in full, delivers.
   std::optional<Change> least(const Way& way, const Change& before) {
     if (way.search) {
@@ -182,7 +183,7 @@ private:
   }
 
   void add_ways();
-  void add_waterlines(const FloatSpec& spec);
+  void add_waterlines();
   void add_axes(const SpinSpec& spec);
   void add_contacts(const StandSpec& spec);
   void add_walls();
@@ -204,7 +205,7 @@ private:
 };
 
 void Adviser::add_ways() {
-  if (const auto* spec = std::get_if<FloatSpec>(&asked_)) add_waterlines(*spec);
+  if (std::holds_alternative<FloatSpec>(asked_)) add_waterlines();
   if (const auto* spec = std::get_if<SpinSpec>(&asked_)) add_axes(*spec);
   if (const auto* spec = std::get_if<StandSpec>(&asked_)) add_contacts(*spec);
   add_walls();
@@ -214,7 +215,7 @@ void Adviser::add_ways() {
 }
 
 /// The waterline that a search finds, where there is one; else one that leaves less dry than a search would.
-void Adviser::add_waterlines(const FloatSpec&) {
+void Adviser::add_waterlines() {
   ways_.push_back({"other waterlines", {}, [this](const Change& before) { return waterline(before); }});
 }
 

@@ -21,7 +21,8 @@ StandState state_of(const Mesh& material, const StandSpec& spec) {
   state.to_ground = up_to_z(spec.up);
   const Mesh standing = transformed(material, Eigen::Affine3d(state.to_ground));
   const double height_mm = bounding_box(standing).sizes().z();
-  state.polygon = support_polygon(standing, spec.contact_tolerance_mm.value_or(contact_tolerance_mm(height_mm)));
+  state.contact_tolerance_mm = spec.contact_tolerance_mm.value_or(contact_tolerance_mm(height_mm));
+  state.polygon = support_polygon(standing, state.contact_tolerance_mm);
 
   const Eigen::Vector3d centre = state.to_ground * state.body.centre_of_mass_mm;
   state.centre_mm = centre.head<2>();
@@ -88,9 +89,11 @@ void describe(StandVerdict& verdict) {
       {.name = "scattered_tipping_angle_rad", .words = "", .unit = Unit::rad, .value = verdict.scattered_tipping_angle_rad});
   if (spec.target_mm) verdict.headline = "target " + place_words(*spec.target_mm) + ", ";
   verdict.headline += "support of " + std::to_string(polygon.corners_mm.size()) + " corners and " + number(polygon.area_mm2, 1) +
-                      " mm2, " + print_words(spec.print);
+                      " mm2 within " + number(verdict.state.contact_tolerance_mm, 3) + " mm of the lowest point, " +
+                      print_words(spec.print);
   verdict.wanted = {{.name = "up", .words = "", .value = list(spec.up)},
-                    {.name = "target_mm", .words = "", .unit = Unit::mm, .value = value_or_none(spec.target_mm)}};
+                    {.name = "target_mm", .words = "", .unit = Unit::mm, .value = value_or_none(spec.target_mm)},
+                    {.name = "contact_tolerance_mm", .words = "", .unit = Unit::mm, .value = verdict.state.contact_tolerance_mm}};
   add_print(spec.print, verdict.wanted);
 }
 

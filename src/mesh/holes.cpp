@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "mesh/order.h"
 #include "mesh/polygon.h"
 
 namespace rayrep {
@@ -17,10 +18,6 @@ using Eigen::Vector3d;
 
 /// Up to so many vertices a loop is triangulated with the smallest area, which takes the cube of them.
 constexpr std::size_t kMostForSmallest = 200;
-
-bool comes_first(const Vector3d& a, const Vector3d& b) {
-  return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
-}
 
 Hole hole_of(const Mesh& mesh, std::vector<int> loop) {
   Hole hole;

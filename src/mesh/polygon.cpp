@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "mesh/order.h"
+
 namespace rayrep {
 namespace {
 
@@ -50,10 +52,6 @@ Projection project(std::span<const int> polygon, const Mesh& mesh) {
   for (const int i : polygon)
     result.bulge = std::max(result.bulge, std::abs(normal.dot(mesh.vertices[i] - origin - middle)) / box.diagonal().norm());
   return result;
-}
-
-bool comes_first(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
 }
 
 /// The same polygon from its corner of smallest coordinates on, so that nothing depends on where the file starts it.

@@ -8,6 +8,7 @@
 
 #include "base/union_find.h"
 #include "mesh/mesh_edges.h"
+#include "mesh/order.h"
 #include "mesh/point_tree.h"
 
 namespace rayrep {
@@ -15,10 +16,6 @@ namespace {
 
 using Eigen::Vector3d;
 using Eigen::Vector3i;
-
-bool comes_first(const Vector3d& a, const Vector3d& b) {
-  return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
-}
 
 /// found[n] = what is near the n-th of `count` segments; in parallel, with a look at the progress now and then. Nothing where that
 /// is so much that the tolerance must be too large: as when all of a mesh is small beside a stray far away.

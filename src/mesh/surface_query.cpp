@@ -182,6 +182,20 @@ struct SurfaceQuery::Impl {
   ~Impl() { rtcReleaseScene(scene); }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
+
+  /// Calls back for the triangles that a ball about p may reach.
+  void query(const Eigen::Vector3d& p, float radius, RTCPointQueryFunction callback, void* user) const {
+    const Eigen::Vector3d local = p - centre;
+    RTCPointQuery ball;
+    ball.x = static_cast<float>(local.x());
+    ball.y = static_cast<float>(local.y());
+    ball.z = static_cast<float>(local.z());
+    ball.time = 0;
+    ball.radius = radius;
+    RTCPointQueryContext stack;
+    rtcInitPointQueryContext(&stack);
+    rtcPointQuery(scene, &ball, &stack, callback, user);
+  }
 };
 
 SurfaceQuery::SurfaceQuery(const Mesh& mesh) : impl_(std::make_unique<Impl>(mesh)) {}
@@ -195,33 +209,15 @@ ClosestPoint SurfaceQuery::closest(const Eigen::Vector3d& p, double radius_mm, i
   ClosestContext context{&impl_->mesh, p, {}, 1e-6 * impl_->diagonal_mm};
   context.best.distance_mm = radius_mm;
   if (hint >= 0) consider(context, hint);
-  const Eigen::Vector3d local = p - impl_->centre;
-  RTCPointQuery query;
-  query.x = static_cast<float>(local.x());
-  query.y = static_cast<float>(local.y());
-  query.z = static_cast<float>(local.z());
-  query.time = 0;
-  query.radius = search_radius(context.best.distance_mm, context.slack_mm);
-  RTCPointQueryContext stack;
-  rtcInitPointQueryContext(&stack);
-  rtcPointQuery(impl_->scene, &query, &stack, closest_callback, &context);
+  impl_->query(p, search_radius(context.best.distance_mm, context.slack_mm), closest_callback, &context);
   if (context.best.triangle < 0) context.best.distance_mm = std::numeric_limits<double>::infinity();
   return context.best;
 }
 
 void SurfaceQuery::triangles_near(const Eigen::Vector3d& p, double radius_mm, std::vector<int>& found) const {
   found.clear();
-  const Eigen::Vector3d local = p - impl_->centre;
-  RTCPointQuery query;
-  query.x = static_cast<float>(local.x());
-  query.y = static_cast<float>(local.y());
-  query.z = static_cast<float>(local.z());
-  query.time = 0;
-  query.radius = search_radius(radius_mm, 1e-6 * impl_->diagonal_mm);
-  RTCPointQueryContext stack;
-  rtcInitPointQueryContext(&stack);
-  rtcPointQuery(
-      impl_->scene, &query, &stack,
+  impl_->query(
+      p, search_radius(radius_mm, 1e-6 * impl_->diagonal_mm),
       [](RTCPointQueryFunctionArguments* args) {
         static_cast<std::vector<int>*>(args->userPtr)->push_back(static_cast<int>(args->primID));
         return false;

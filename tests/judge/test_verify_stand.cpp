@@ -173,6 +173,7 @@ TEST(VerifyStand, TheContactToleranceIsTheOneGiven) {
   const StandVerdict strict = verify(stool, nullptr, goal);
   EXPECT_EQ(failed(strict), Names({"inside"}));
   EXPECT_NEAR(strict.state.polygon.area_mm2, 40 * 2, 1e-9);
+  EXPECT_NE(strict.headline.find("within 0.125 mm of the lowest point"), std::string::npos) << strict.headline;
   goal.contact_tolerance_mm = 0.21;
   const StandVerdict lenient = verify(stool, nullptr, goal);
   EXPECT_EQ(failed(lenient), Names());

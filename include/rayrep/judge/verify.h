@@ -185,6 +185,7 @@ struct StandState {
   /// Turns the mesh's frame such that up is +z: the frame of `polygon`. The identity when up is +z, entries 0 and +-1 when it is
   /// along an axis.
   Eigen::Matrix3d to_ground = Eigen::Matrix3d::Identity();
+  double contact_tolerance_mm = 0;  ///< what is no higher above the lowest point touches the ground
   SupportPolygon polygon;
   Eigen::Vector2d centre_mm = Eigen::Vector2d::Zero();  ///< of mass, in plan, in the frame of `polygon`
   double height_mm = 0;                                 ///< of the centre of mass above the ground
