@@ -23,14 +23,15 @@ using Problems = std::vector<std::string>;
 const std::map<std::string, std::set<std::string>> kFolders = {
     {"base", {}},
     {"mesh", {"base"}},
-    {"io", {"base", "mesh"}},
+    {"io", {"base", "mesh", "physics"}},
     {"physics", {"base", "mesh"}},
     {"rays", {"base", "mesh", "physics"}},
     {"solve", {"base", "mesh", "physics", "rays"}},
     {"make", {"base", "mesh", "physics", "rays", "solve"}},
+    {"print", {"base", "mesh", "io", "physics"}},
     {"judge", {"base", "mesh", "io", "physics"}},
     {"advice", {"base", "mesh", "physics", "rays", "solve", "make", "judge"}},
-    {"report", {"base", "mesh", "io", "physics", "rays", "solve", "make", "judge"}},
+    {"report", {"base", "mesh", "io", "physics", "rays", "solve", "make", "print", "judge"}},
 };
 
 /// Third-party headers, by the beginning of their names, and the only sources that may include them; empty: any source.

@@ -17,13 +17,16 @@
 
 #include "rayrep/mesh/mesh.h"                // triangles
 #include "rayrep/mesh/mesh_check.h"          // defects; the union of overlapping components
+#include "rayrep/mesh/section.h"             // where a mesh crosses a plane
 #include "rayrep/mesh/bodies.h"              // which parts of a mesh hang together
 #include "rayrep/mesh/delivery.h"            // what is made: meshes with their roles
 
 #include "rayrep/io/mesh_io.h"               // STL, OBJ, PLY, OFF, 3MF
+#include "rayrep/io/printed.h"               // what leaves a printer: G-code
 #include "rayrep/io/write_file.h"            // all of a file or nothing
 
 #include "rayrep/physics/moments.h"          // mass, centre of mass, inertia: the ten moments
+#include "rayrep/physics/bead.h"             // moments of what a nozzle lays down
 #include "rayrep/physics/inertial.h"         // the ten numbers of a rigid body, as URDF and MJCF
 #include "rayrep/physics/hydrostatics.h"     // displacement, buoyancy, metacentre, where it comes to rest
 #include "rayrep/physics/spin.h"             // which axis, and at which speeds a spin is stable
@@ -33,6 +36,9 @@
 #include "rayrep/physics/spec.h"             // what a body is for
 
 #include "rayrep/make/hollow.h"              // the inside that meets a goal
+
+#include "rayrep/print/slicer.h"             // a slicer, run as a program
+#include "rayrep/print/place_print.h"        // where in a print the mesh is
 
 #include "rayrep/judge/verify.h"             // what a mesh is found to be
 

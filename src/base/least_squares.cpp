@@ -10,7 +10,7 @@ Eigen::VectorXd least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b
 }
 
 Eigen::VectorXd least_squares_transposed(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
-  return A.transpose().completeOrthogonalDecomposition().solve(b);
+  return least_squares(A.transpose(), b);
 }
 
 Eigen::MatrixXd orthogonal_completion(const Eigen::MatrixXd& A) { return A.householderQr().householderQ(); }

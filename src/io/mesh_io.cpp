@@ -45,33 +45,6 @@ using detail::reason;
 
 std::string ending_of(const fs::path& path) { return detail::lower_case(path.extension().string()); }
 
-std::string load(const fs::path& path, const ReadOptions& options) {
-  const FileBytes nothing{{}, path.string()};
-  // Not blocking, so that a named pipe is refused below rather than waited for.
-  const Descriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-  struct stat info {};
-  if (fd.get() < 0 || ::fstat(fd.get(), &info) != 0)
-    fail_read(nothing, "", concat(reason(errno), ". Check the name and the folder."));
-  if (S_ISDIR(info.st_mode)) fail_read(nothing, "", "it is a folder. Name a mesh file in it.");
-  if (!S_ISREG(info.st_mode)) fail_read(nothing, "", "it is not a regular file. Save the mesh to a file first.");
-  if (info.st_size == 0) fail_read(nothing, "", "the file is empty. Export or download it again.");
-  if (static_cast<std::uintmax_t>(info.st_size) > options.memory_bytes)
-    fail_read(nothing, "",
-              concat("the file has ", info.st_size, " bytes; at most ", options.memory_bytes,
-                     " are allowed. Reduce the number of triangles."));
-  std::string bytes(static_cast<std::size_t>(info.st_size), '\0');
-  std::size_t filled = 0;
-  while (filled < bytes.size()) {
-    const ssize_t got = ::read(fd.get(), bytes.data() + filled, bytes.size() - filled);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) fail_read(nothing, concat("byte ", filled), concat(reason(errno), "."));
-    if (got == 0) break;  // it has shrunk meanwhile
-    filled += static_cast<std::size_t>(got);
-  }
-  bytes.resize(filled);
-  return bytes;
-}
-
 /// One kind of mesh file. A kind is added with its row in kFormats, its own source and its own test.
 struct Format {
   const char* ending;                     ///< in lower case
@@ -116,6 +89,33 @@ const Format* format_of(std::string_view bytes, const Format* by_ending) {
 }
 
 }  // namespace
+
+std::string detail::load(const fs::path& path, const ReadOptions& options) {
+  const FileBytes nothing{{}, path.string()};
+  // Not blocking, so that a named pipe is refused below rather than waited for.
+  const Descriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  struct stat info {};
+  if (fd.get() < 0 || ::fstat(fd.get(), &info) != 0)
+    fail_read(nothing, "", concat(reason(errno), ". Check the name and the folder."));
+  if (S_ISDIR(info.st_mode)) fail_read(nothing, "", "it is a folder. Name a mesh file in it.");
+  if (!S_ISREG(info.st_mode)) fail_read(nothing, "", "it is not a regular file. Save the mesh to a file first.");
+  if (info.st_size == 0) fail_read(nothing, "", "the file is empty. Export or download it again.");
+  if (static_cast<std::uintmax_t>(info.st_size) > options.memory_bytes)
+    fail_read(nothing, "",
+              concat("the file has ", info.st_size, " bytes; at most ", options.memory_bytes,
+                     " are allowed. Reduce the number of triangles."));
+  std::string bytes(static_cast<std::size_t>(info.st_size), '\0');
+  std::size_t filled = 0;
+  while (filled < bytes.size()) {
+    const ssize_t got = ::read(fd.get(), bytes.data() + filled, bytes.size() - filled);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) fail_read(nothing, concat("byte ", filled), concat(reason(errno), "."));
+    if (got == 0) break;  // it has shrunk meanwhile
+    filled += static_cast<std::size_t>(got);
+  }
+  bytes.resize(filled);
+  return bytes;
+}
 
 MeshFile detail::read_mesh_bytes(const FileBytes& file, const ReadOptions& options) {
   if (file.bytes.empty()) fail_read(file, "", "the file is empty. Export or download it again.");
@@ -168,7 +168,7 @@ LengthUnit parse_length_unit(const std::string& text) {
 }
 
 MeshFile read_mesh(const fs::path& path, const ReadOptions& options) {
-  const std::string bytes = load(path, options);
+  const std::string bytes = detail::load(path, options);
   return detail::read_mesh_bytes({bytes, path.string()}, options);
 }
 

@@ -23,6 +23,9 @@ struct FileBytes {
 /// Throws Error{input}: "Cannot read <name>, <where>: <what>"; `where` may be empty.
 [[noreturn]] void fail_read(const FileBytes& file, const std::string& where, const std::string& what);
 
+/// All bytes of a file. @throws Error{input} if it cannot be read, is empty, or larger than the memory allowed
+std::string load(const std::filesystem::path& path, const ReadOptions& options);
+
 /// Reads any supported kind from memory, exactly as read_mesh does after it has loaded the file.
 MeshFile read_mesh_bytes(const FileBytes& file, const ReadOptions& options);
 

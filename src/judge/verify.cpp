@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <vector>
@@ -68,9 +69,13 @@ Settled settled(const Afloat& body, const FloatSpec& spec, const Limits& limits,
 struct Judged {
   const Mesh& body;   // the whole mesh, vertices merged
   const Mesh& outer;  // of these, what can bound the fluid; sealed cavities are left out of it
-  const Mesh& material;
-  bool closed;  // whether the winding number of `body` means anything
+  MassProperties mass;
+  bool overlaps;  // bodies in it, so that only their union bounds anything
 };
+
+Judged judged(const Mesh& body, const Mesh& outer, const Mesh& material, const FloatSpec& spec) {
+  return {body, outer, mass_properties(material, spec.print.density_g_cm3), material.triangles != body.triangles};
+}
 
 // How it is looked at.
 struct Judging {
@@ -105,15 +110,15 @@ bool rests_upright(const FloatState& state, const Limits& limits) {
 }
 
 FloatState state_of(const Judged& judged, const FloatSpec& spec, const Judging& judging) {
-  const auto& [body, outer, material, closed] = judged;
+  const auto& [body, outer, mass, overlaps] = judged;
   const Progress& progress = judging.progress;
   const Eigen::Vector3d up = spec.up.normalized();
   FloatState state;
-  state.body = mass_properties(material, spec.print.density_g_cm3);
+  state.body = mass;
 
   // Cavities go before the union is taken: shells are whole only as long as nothing has been cut.
   Mesh hull = outer_hull(outer);
-  if (closed && material.triangles != body.triangles) hull = outer_hull(boundary_of_union(hull, progress));
+  if (overlaps) hull = outer_hull(boundary_of_union(hull, progress));
   const PreparedHull prepared(std::move(hull));
   const Waterplane plane{up, lowest_along(body, up) + *spec.waterline_mm};
   state.water = hydrostatics(prepared, plane);
@@ -138,8 +143,9 @@ FloatState state_of(const Judged& judged, const FloatSpec& spec, const Judging& 
 }
 
 // The spec with its waterline filled in: of a fraction of the height, or where the body displaces its own mass.
-// @param mesh  vertices merged
-FloatSpec at_its_waterline(const Mesh& mesh, bool closed, FloatSpec spec, const Progress& progress) {
+// @param mesh    vertices merged
+// @param mass_g  none: the mesh's own
+FloatSpec at_its_waterline(const Mesh& mesh, std::optional<double> mass_g, FloatSpec spec, const Progress& progress) {
   if (spec.waterline_mm) return spec;
   const Mesh standing = transformed(mesh, working_frame(mesh, spec.up));
   if (spec.submerged_fraction) {
@@ -147,14 +153,18 @@ FloatSpec at_its_waterline(const Mesh& mesh, bool closed, FloatSpec spec, const 
     spec.submerged_fraction.reset();
     return spec;
   }
-  if (!closed)
+  if (unbalanced_edges(mesh) > 0)
     throw Error(ErrorCode::input,
                 "The surface is not closed, so that there is no waterline at which it displaces its own mass: name one "
                 "(--waterline), or repair the mesh.");
   const Mesh hull = boundary_of_union(outer_hull(standing), progress);
-  const double displaced_mm3 = spec.submerged_volume_fraction ? *spec.submerged_volume_fraction * mesh_moments(hull)[M1]
-                                                              : mesh_moments(boundary_of_union(standing, progress))[M1] *
-                                                                    spec.print.density_g_cm3 / spec.fluid_g_cm3;
+  double displaced_mm3 = 0;
+  if (spec.submerged_volume_fraction)
+    displaced_mm3 = *spec.submerged_volume_fraction * mesh_moments(hull)[M1];
+  else if (mass_g)
+    displaced_mm3 = *mass_g / (spec.fluid_g_cm3 * 1e-3);
+  else
+    displaced_mm3 = mesh_moments(boundary_of_union(standing, progress))[M1] * spec.print.density_g_cm3 / spec.fluid_g_cm3;
   spec.submerged_volume_fraction.reset();
   spec.waterline_mm = waterline_for_volume(hull, Eigen::Vector3d::UnitZ(), displaced_mm3);
   return spec;
@@ -301,6 +311,28 @@ void describe(FloatVerdict& verdict) {
   add_print(spec.print, verdict.wanted);
 }
 
+// The criteria of floating itself, and what they come to.
+void conclude(FloatVerdict& verdict, double diagonal_mm, const Limits& limits) {
+  const FloatState& state = verdict.state;
+  if (state.body.mass_g > 0 && state.displaced_mass_g == 0)
+    verdict.notes.push_back("At this waterline the body displaces nothing.");
+  if (verdict.trapped_resin_g > 0 && verdict.trapped_resin_g > state.buoyancy_reserve * state.body.mass_g)
+    verdict.notes.push_back("With that resin inside it sinks.");
+  say(verdict, limits);
+  auto& criteria = verdict.criteria;
+  criteria.push_back(at_most("mass_error", "mass against displaced mass, relative", state.mass_error, limits.mass_error));
+  criteria.push_back(at_most("offset", "horizontal offset of the centres, over the diagonal",
+                             state.horizontal_offset_mm / diagonal_mm, limits.offset_over_diagonal));
+  // Less is rounding. A neutral body, which floating_rest leaves as it is, does not come back from its releases.
+  criteria.push_back(
+      at_least("metacentric_height", "metacentre above centre of mass, mm", state.metacentric_height_mm, 1e-5 * diagonal_mm));
+  const bool rests = state.settles == FloatingRest::Outcome::rests;
+  criteria.push_back(at_most("settled_tilt", "largest tilt at rest after tilted releases, rad",
+                             rests ? state.settled_tilt_rad : std::numeric_limits<double>::quiet_NaN(), limits.settled_tilt_rad));
+  judge_reserve(verdict, limits);
+  describe(verdict);
+}
+
 }  // namespace
 
 bool Verdict::pass() const {
@@ -310,8 +342,8 @@ bool Verdict::pass() const {
 FloatState float_state(const Mesh& mesh, const FloatSpec& spec, const Limits& limits, bool settle, const Progress& progress) {
   check(spec, Setting::For::judging);
   const Mesh merged = merged_mesh(mesh);
-  const bool closed = unbalanced_edges(merged) == 0;
-  return state_of({merged, merged, material_of(merged, closed, progress), closed}, at_its_waterline(merged, closed, spec, progress),
+  const Mesh material = material_of(merged, unbalanced_edges(merged) == 0, progress);
+  return state_of(judged(merged, merged, material, spec), at_its_waterline(merged, std::nullopt, spec, progress),
                   {limits, settle ? Judging::settles : Judging::afloat, progress});
 }
 
@@ -320,32 +352,73 @@ FloatVerdict verify(const Mesh& delivered, const Mesh* original, const FloatSpec
   check(spec, Setting::For::judging);
   FloatVerdict verdict;
   const Surface surface = judge_surface(delivered, original, progress, verdict);
-  const bool closed = Surface::closed(verdict);
-  verdict.spec = at_its_waterline(surface.mesh, closed, spec, progress);
-  verdict.state = state_of({surface.mesh, surface.outer, surface.material, closed}, verdict.spec,
+  verdict.spec = at_its_waterline(surface.mesh, std::nullopt, spec, progress);
+  verdict.state = state_of(judged(surface.mesh, surface.outer, surface.material, spec), verdict.spec,
                            {limits, Judging::with_more_plastic, progress});
   add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
-
-  const FloatState& state = verdict.state;
-  const double diagonal = surface.diagonal_mm;
-  if (state.body.mass_g > 0 && state.displaced_mass_g == 0)
-    verdict.notes.push_back("At this waterline the body displaces nothing.");
-  if (verdict.trapped_resin_g > 0 && verdict.trapped_resin_g > state.buoyancy_reserve * state.body.mass_g)
-    verdict.notes.push_back("With that resin inside it sinks.");
-  say(verdict, limits);
-  auto& criteria = verdict.criteria;
-  criteria.push_back(at_most("mass_error", "mass against displaced mass, relative", state.mass_error, limits.mass_error));
-  criteria.push_back(at_most("offset", "horizontal offset of the centres, over the diagonal", state.horizontal_offset_mm / diagonal,
-                             limits.offset_over_diagonal));
-  // Less is rounding. A neutral body, which floating_rest leaves as it is, does not come back from its releases.
-  criteria.push_back(
-      at_least("metacentric_height", "metacentre above centre of mass, mm", state.metacentric_height_mm, 1e-5 * diagonal));
-  const bool rests = state.settles == FloatingRest::Outcome::rests;
-  criteria.push_back(at_most("settled_tilt", "largest tilt at rest after tilted releases, rad",
-                             rests ? state.settled_tilt_rad : std::numeric_limits<double>::quiet_NaN(), limits.settled_tilt_rad));
-  judge_reserve(verdict, limits);
-  describe(verdict);
+  conclude(verdict, surface.diagonal_mm, limits);
   return verdict;
+}
+
+FloatVerdict verify_detail::judge_print(const PrintInHull& print, const FloatSpec& spec, const Limits& limits,
+                                        const Progress& progress) {
+  FloatVerdict verdict;
+  const MassProperties mass = mass_properties(print.s, spec.print.density_g_cm3);
+  verdict.spec = at_its_waterline(print.hull, mass.mass_g, spec, progress);
+  verdict.state = state_of({print.hull, print.hull, mass, false}, verdict.spec, {limits, Judging::with_more_plastic, progress});
+  conclude(verdict, print.diagonal_mm, limits);
+  return verdict;
+}
+
+namespace {
+
+PrintInHull in_hull(const Mesh& merged, const Moments& printed, const Progress& progress) {
+  return {boundary_of_union(outer_hull(boundary_of_union(merged, progress)), progress), printed,
+          bounding_box(merged).diagonal().norm()};
+}
+
+Verdict judge_any(const PrintInHull& print, const Spec& spec, const Limits& limits, const Progress& progress) {
+  return std::visit([&](const auto& s) -> Verdict { return judge_print(print, s, limits, progress); }, spec);
+}
+
+void check_any(const Spec& spec) {
+  std::visit([](const auto& s) { check(s, Setting::For::judging); }, spec);
+}
+
+}  // namespace
+
+Verdict verify_print(const Mesh& original, const Moments& printed, const Spec& spec, const Limits& limits,
+                     const Progress& progress) {
+  check_any(spec);
+  const Mesh merged = merged_mesh(original);
+  if (unbalanced_edges(merged) > 0)
+    throw Error(ErrorCode::input, "The surface is not closed: of a print in it nothing can be said. Repair the mesh.");
+  return judge_any(in_hull(merged, printed, progress), spec, limits, progress);
+}
+
+Verdict verify(const PrintedMesh& delivered, const Mesh& original, const Spec& spec, const Limits& limits,
+               const Progress& progress) {
+  check_any(spec);
+  Verdict of_mesh;
+  const Surface surface = judge_surface(delivered.mesh, &original, progress, of_mesh);
+  const Print& print = print_of(spec);
+  add_surface_criteria(surface, {true, print, limits.wall_ratio}, progress, of_mesh);
+  if (!Surface::closed(of_mesh)) return of_mesh;
+  Verdict verdict = judge_any(in_hull(merged_mesh(surface.outer), delivered.printed, progress), spec, limits, progress);
+  // What was found of the surface, and its criteria first.
+  Verdict both = std::move(of_mesh);
+  both.goal = std::move(verdict.goal);
+  both.headline = std::move(verdict.headline);
+  both.wanted = std::move(verdict.wanted);
+  both.figures = std::move(verdict.figures);
+  both.body = verdict.body;
+  const auto add = [](auto& to, auto& from) {
+    to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
+  };
+  add(both.criteria, verdict.criteria);
+  add(both.meaning, verdict.meaning);
+  add(both.notes, verdict.notes);
+  return both;
 }
 
 Figures state_figures(const Mesh& mesh, const FloatSpec& spec, const Limits& limits, const Progress& progress) {

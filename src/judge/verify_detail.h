@@ -64,4 +64,16 @@ struct SurfaceTerms {
 /// for) and trapped_resin (see Verdict) and their notes.
 void add_surface_criteria(const Surface& surface, const SurfaceTerms& terms, const Progress& progress, Verdict& verdict);
 
+/// A print: what it looks like from outside, and what was laid down within.
+struct PrintInHull {
+  Mesh hull;  ///< closed, without sealed cavities or overlaps, vertices merged
+  Moments s;  ///< unit density, in the frame of the hull
+  double diagonal_mm;
+};
+
+FloatVerdict judge_print(const PrintInHull& print, const FloatSpec& spec, const Limits& limits, const Progress& progress);
+SpinVerdict judge_print(const PrintInHull& print, const SpinSpec& spec, const Limits& limits, const Progress& progress);
+StandVerdict judge_print(const PrintInHull& print, const StandSpec& spec, const Limits& limits, const Progress& progress);
+TargetVerdict judge_print(const PrintInHull& print, const TargetSpec& spec, const Limits& limits, const Progress& progress);
+
 }  // namespace rayrep::verify_detail

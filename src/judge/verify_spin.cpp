@@ -39,12 +39,21 @@ SpinSpec at_its_place(const Mesh& mesh, const Mesh* original, SpinSpec spec, con
   return spec;
 }
 
-SpinState state_of(const Mesh& material, const SpinSpec& spec, const Eigen::Vector3d& contact_mm) {
-  const MassProperties body = mass_properties(material, spec.print.density_g_cm3);
+/// @param spec  with its place filled in
+SpinState state_of(const MassProperties& body, const SpinSpec& spec) {
+  const Eigen::Vector3d contact_mm = place_of(spec);
   return spin_state(body, contact_mm, spec.up.normalized(), spec.yoyo);
 }
 
-void add_notes(const SpinVerdict& verdict, const Surface& surface, const SpinSpec& spec, std::vector<std::string>& notes) {
+/// What the criteria of spinning look at besides the state.
+struct Judged {
+  const Mesh& mesh;
+  double diagonal_mm;
+};
+
+void add_notes(SpinVerdict& verdict, const Judged& judged) {
+  const SpinSpec& spec = verdict.spec;
+  std::vector<std::string>& notes = verdict.notes;
   const Eigen::Vector3d contact_mm = place_of(spec);
   const AxisClass found = verdict.state.axis_class;
   if (found == AxisClass::middle)
@@ -57,7 +66,7 @@ void add_notes(const SpinVerdict& verdict, const Surface& surface, const SpinSpe
             : "The spin axis is that of the largest moment of inertia, where the smallest was asked for.");
   if (spec.yoyo) return;
   const Eigen::Vector3d up = spec.up.normalized();
-  if (const double below = up.dot(contact_mm) - lowest_along(surface.mesh, up); below > 1e-3 * surface.diagonal_mm) {
+  if (const double below = up.dot(contact_mm) - lowest_along(judged.mesh, up); below > 1e-3 * judged.diagonal_mm) {
     notes.push_back("The body reaches " + shown(below, 3) +
                     " mm below its contact point: it needs a tip at least that long to spin there.");
   }
@@ -219,32 +228,16 @@ void describe(SpinVerdict& verdict, const Limits& limits) {
   add_print(spec.print, verdict.wanted);
 }
 
-}  // namespace
-
-SpinState spin_state_of(const Mesh& mesh, const SpinSpec& spec, const Progress& progress) {
-  check(spec, Setting::For::judging);
-  const Mesh merged = merged_mesh(mesh);
-  const SpinSpec placed = at_its_place(merged, nullptr, spec, progress);
-  return state_of(material_of(merged, unbalanced_edges(merged) == 0, progress), placed, place_of(placed));
-}
-
-SpinVerdict verify(const Mesh& delivered, const Mesh* original, const SpinSpec& spec, const Limits& limits,
-                   const Progress& progress) {
-  check(spec, Setting::For::judging);
-  SpinVerdict verdict;
-  const Surface surface = judge_surface(delivered, original, progress, verdict);
-  verdict.spec = at_its_place(surface.mesh, original, spec, progress);
-  const Eigen::Vector3d contact_mm = place_of(verdict.spec);
-  verdict.state = state_of(surface.material, verdict.spec, contact_mm);
-  add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
-
+/// The criteria of spinning itself, and what they come to.
+void conclude(SpinVerdict& verdict, const Judged& judged, const Limits& limits, const Progress& progress) {
+  const SpinSpec& spec = verdict.spec;
   const SpinState& state = verdict.state;
   auto& criteria = verdict.criteria;
   criteria.push_back(at_most("offset", "distance of the centre of mass from the axis, over the diagonal",
-                             state.offset_mm / surface.diagonal_mm, limits.offset_over_diagonal));
+                             state.offset_mm / judged.diagonal_mm, limits.offset_over_diagonal));
   if (spec.yoyo)
     criteria.push_back(at_most("centre", "distance of the centre of mass from the centre, over the diagonal",
-                               (state.body.centre_of_mass_mm - contact_mm).norm() / surface.diagonal_mm,
+                               (state.body.centre_of_mass_mm - place_of(spec)).norm() / judged.diagonal_mm,
                                limits.offset_over_diagonal));
   criteria.push_back(at_most("axis_angle", "angle between the spin axis and the nearest principal axis, rad", state.axis_angle_rad,
                              limits.axis_angle_rad));
@@ -261,11 +254,41 @@ SpinVerdict verify(const Mesh& delivered, const Mesh* original, const SpinSpec& 
   if (!state.sliding.empty()) {
     progress.check();
     criteria.push_back(at_most("simulated_tilt", "largest tilt in 100 turns after a kick of 0.001, simulated, rad",
-                               simulated_tilt(state, verdict.spec), limits.simulated_tilt_rad));
+                               simulated_tilt(state, spec), limits.simulated_tilt_rad));
   }
-  say(verdict, surface.diagonal_mm, limits);
-  add_notes(verdict, surface, verdict.spec, verdict.notes);
+  say(verdict, judged.diagonal_mm, limits);
+  add_notes(verdict, judged);
   describe(verdict, limits);
+}
+
+}  // namespace
+
+SpinState spin_state_of(const Mesh& mesh, const SpinSpec& spec, const Progress& progress) {
+  check(spec, Setting::For::judging);
+  const Mesh merged = merged_mesh(mesh);
+  const SpinSpec placed = at_its_place(merged, nullptr, spec, progress);
+  const Mesh material = material_of(merged, unbalanced_edges(merged) == 0, progress);
+  return state_of(mass_properties(material, spec.print.density_g_cm3), placed);
+}
+
+SpinVerdict verify(const Mesh& delivered, const Mesh* original, const SpinSpec& spec, const Limits& limits,
+                   const Progress& progress) {
+  check(spec, Setting::For::judging);
+  SpinVerdict verdict;
+  const Surface surface = judge_surface(delivered, original, progress, verdict);
+  verdict.spec = at_its_place(surface.mesh, original, spec, progress);
+  verdict.state = state_of(mass_properties(surface.material, spec.print.density_g_cm3), verdict.spec);
+  add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
+  conclude(verdict, {surface.mesh, surface.diagonal_mm}, limits, progress);
+  return verdict;
+}
+
+SpinVerdict verify_detail::judge_print(const PrintInHull& print, const SpinSpec& spec, const Limits& limits,
+                                       const Progress& progress) {
+  SpinVerdict verdict;
+  verdict.spec = at_its_place(print.hull, &print.hull, spec, progress);
+  verdict.state = state_of(mass_properties(print.s, spec.print.density_g_cm3), verdict.spec);
+  conclude(verdict, {print.hull, print.diagonal_mm}, limits, progress);
   return verdict;
 }
 

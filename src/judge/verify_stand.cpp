@@ -15,11 +15,12 @@ namespace {
 
 using namespace verify_detail;
 
-StandState state_of(const Mesh& material, const StandSpec& spec) {
+/// @param mesh  what touches the ground
+StandState state_of(const Mesh& mesh, const MassProperties& mass, const StandSpec& spec) {
   StandState state;
-  state.body = mass_properties(material, spec.print.density_g_cm3);
+  state.body = mass;
   state.to_ground = up_to_z(spec.up);
-  const Mesh standing = transformed(material, Eigen::Affine3d(state.to_ground));
+  const Mesh standing = transformed(mesh, Eigen::Affine3d(state.to_ground));
   const double height_mm = bounding_box(standing).sizes().z();
   state.contact_tolerance_mm = spec.contact_tolerance_mm.value_or(contact_tolerance_mm(height_mm));
   state.polygon = support_polygon(standing, state.contact_tolerance_mm);
@@ -97,12 +98,31 @@ void describe(StandVerdict& verdict) {
   add_print(spec.print, verdict.wanted);
 }
 
+/// The criteria of standing itself, and what they come to.
+void conclude(StandVerdict& verdict, double diagonal_mm, const Limits& limits) {
+  const StandSpec& spec = verdict.spec;
+  const StandState& state = verdict.state;
+  const std::size_t corners = state.polygon.corners_mm.size();
+  auto& criteria = verdict.criteria;
+  criteria.push_back(at_least("supported", "corners of the support polygon", static_cast<double>(corners), 3));
+  criteria.push_back(at_least("inside", "smallest tipping angle, rad", state.smallest_tipping_angle_rad, limits.tipping_angle_rad));
+  if (spec.target_mm)
+    criteria.push_back(at_most("offset", "horizontal distance of the centre of mass from the target, over the diagonal",
+                               state.target_offset_mm / diagonal_mm, limits.offset_over_diagonal));
+  if (corners < 3)
+    verdict.notes.push_back(std::string("The body touches the ground only in ") + (corners == 1 ? "a point" : "an edge") +
+                            ": it cannot stand there, wherever its centre of mass lies.");
+  say(verdict, diagonal_mm);
+  describe(verdict);
+}
+
 }  // namespace
 
 StandState stand_state_of(const Mesh& mesh, const StandSpec& spec, const Progress& progress) {
   check(spec, Setting::For::judging);
   const Mesh merged = merged_mesh(mesh);
-  return state_of(material_of(merged, unbalanced_edges(merged) == 0, progress), spec);
+  const Mesh material = material_of(merged, unbalanced_edges(merged) == 0, progress);
+  return state_of(material, mass_properties(material, spec.print.density_g_cm3), spec);
 }
 
 StandVerdict verify(const Mesh& delivered, const Mesh* original, const StandSpec& spec, const Limits& limits,
@@ -111,22 +131,17 @@ StandVerdict verify(const Mesh& delivered, const Mesh* original, const StandSpec
   StandVerdict verdict;
   verdict.spec = spec;
   const Surface surface = judge_surface(delivered, original, progress, verdict);
-  verdict.state = state_of(surface.material, spec);
+  verdict.state = state_of(surface.material, mass_properties(surface.material, spec.print.density_g_cm3), spec);
   add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
+  conclude(verdict, surface.diagonal_mm, limits);
+  return verdict;
+}
 
-  const StandState& state = verdict.state;
-  const std::size_t corners = state.polygon.corners_mm.size();
-  auto& criteria = verdict.criteria;
-  criteria.push_back(at_least("supported", "corners of the support polygon", static_cast<double>(corners), 3));
-  criteria.push_back(at_least("inside", "smallest tipping angle, rad", state.smallest_tipping_angle_rad, limits.tipping_angle_rad));
-  if (spec.target_mm)
-    criteria.push_back(at_most("offset", "horizontal distance of the centre of mass from the target, over the diagonal",
-                               state.target_offset_mm / surface.diagonal_mm, limits.offset_over_diagonal));
-  if (corners < 3)
-    verdict.notes.push_back(std::string("The body touches the ground only in ") + (corners == 1 ? "a point" : "an edge") +
-                            ": it cannot stand there, wherever its centre of mass lies.");
-  say(verdict, surface.diagonal_mm);
-  describe(verdict);
+StandVerdict verify_detail::judge_print(const PrintInHull& print, const StandSpec& spec, const Limits& limits, const Progress&) {
+  StandVerdict verdict;
+  verdict.spec = spec;
+  verdict.state = state_of(print.hull, mass_properties(print.s, spec.print.density_g_cm3), spec);
+  conclude(verdict, print.diagonal_mm, limits);
   return verdict;
 }
 

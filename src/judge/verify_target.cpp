@@ -11,9 +11,9 @@ namespace {
 
 using namespace verify_detail;
 
-TargetState state_of(const Mesh& material, double diagonal_mm, const TargetSpec& spec) {
+TargetState state_of(const MassProperties& mass, double diagonal_mm, const TargetSpec& spec) {
   TargetState state;
-  state.body = mass_properties(material, spec.print.density_g_cm3);
+  state.body = mass;
   state.deviations = inertial_deviations(spec.wanted, state.body, diagonal_mm);
   return state;
 }
@@ -60,22 +60,8 @@ void describe(TargetVerdict& verdict) {
   add_print(spec.print, verdict.wanted);
 }
 
-}  // namespace
-
-TargetState target_state_of(const Mesh& mesh, const TargetSpec& spec, const Progress& progress) {
-  check(spec, Setting::For::judging);
-  const Mesh merged = merged_mesh(mesh);
-  return state_of(material_of(merged, unbalanced_edges(merged) == 0, progress), bounding_box(merged).diagonal().norm(), spec);
-}
-
-TargetVerdict verify(const Mesh& delivered, const Mesh* original, const TargetSpec& spec, const Limits& limits,
-                     const Progress& progress) {
-  check(spec, Setting::For::judging);
-  TargetVerdict verdict;
-  verdict.spec = spec;
-  const Surface surface = judge_surface(delivered, original, progress, verdict);
-  verdict.state = state_of(surface.material, surface.diagonal_mm, spec);
-  add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
+/// The criteria of the numbers wanted, and what they come to.
+void conclude(TargetVerdict& verdict, const Limits& limits) {
   for (const InertialDeviation& d : verdict.state.deviations)
     verdict.criteria.push_back(at_most(inertial_name(d.number), description(d.number), d.relative, limits.relative));
   std::string missed;
@@ -88,6 +74,34 @@ TargetVerdict verify(const Mesh& delivered, const Mesh* original, const TargetSp
       number(1.01 * verdict.state.body.mass_g, 2) + " g, 3 %: " + number(1.03 * verdict.state.body.mass_g, 2) +
       " g) and the centre of mass stays: weigh the print.");
   describe(verdict);
+}
+
+}  // namespace
+
+TargetState target_state_of(const Mesh& mesh, const TargetSpec& spec, const Progress& progress) {
+  check(spec, Setting::For::judging);
+  const Mesh merged = merged_mesh(mesh);
+  const Mesh material = material_of(merged, unbalanced_edges(merged) == 0, progress);
+  return state_of(mass_properties(material, spec.print.density_g_cm3), bounding_box(merged).diagonal().norm(), spec);
+}
+
+TargetVerdict verify(const Mesh& delivered, const Mesh* original, const TargetSpec& spec, const Limits& limits,
+                     const Progress& progress) {
+  check(spec, Setting::For::judging);
+  TargetVerdict verdict;
+  verdict.spec = spec;
+  const Surface surface = judge_surface(delivered, original, progress, verdict);
+  verdict.state = state_of(mass_properties(surface.material, spec.print.density_g_cm3), surface.diagonal_mm, spec);
+  add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
+  conclude(verdict, limits);
+  return verdict;
+}
+
+TargetVerdict verify_detail::judge_print(const PrintInHull& print, const TargetSpec& spec, const Limits& limits, const Progress&) {
+  TargetVerdict verdict;
+  verdict.spec = spec;
+  verdict.state = state_of(mass_properties(print.s, spec.print.density_g_cm3), print.diagonal_mm, spec);
+  conclude(verdict, limits);
   return verdict;
 }
 

@@ -81,6 +81,10 @@ Plan plan(const Mesh& solid, const FloatSpec& spec, const HollowOptions& options
   plan.setup.solver = options.solver;
   plan.setup.scale = {material_mm3, body.diagonal_mm};
   plan.setup.options = options.solve;
+  if (found.waterline_searched)
+    plan.give_way = [hull, volumes = density_g_cm3 / spec.fluid_g_cm3](const Moments& printed, Spec& given) {
+      std::get<FloatSpec>(given).waterline_mm = waterline_for_volume(hull, Eigen::Vector3d::UnitZ(), printed[M1] * volumes);
+    };
   plan.prove = prove;
   return plan;
 }

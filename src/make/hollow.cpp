@@ -1,10 +1,18 @@
 #include "rayrep/make/hollow.h"
 
 #include "make/as_built.h"
+#include "make/as_printed.h"
 #include "make/plan.h"
+#include "rayrep/base/error.h"
 
 namespace rayrep {
 namespace detail {
+namespace {
+
+/// A print that misses its goal by more is not what was asked for.
+constexpr double kPrintMisses = 3e-4;
+
+}  // namespace
 
 HollowResult carry_out(Plan& plan, const HollowOptions& options, const Progress& progress, Moments* correction) {
   Body& body = *plan.body;
@@ -14,14 +22,20 @@ HollowResult carry_out(Plan& plan, const HollowOptions& options, const Progress&
                         plan.error,         plan.start,
                         options.max_passes, options.as_built_tolerance};
   const InteriorSolver solver(plan.goal, body.inner.rays, *body.integrals, plan.setup);
-  const Moments found = solve_as_built(problem, solver, maker, result, progress);
+  result.to_working = body.to_working;
+  const Moments found = options.as_printed ? solve_as_printed({problem, options}, solver, maker, result, progress)
+                                           : solve_as_built(problem, solver, maker, result, progress);
   if (correction) *correction = found;
+  if (!result.slices.empty() && plan.give_way) {
+    const HollowResult::Slice& slice = result.slices[result.best_slice];
+    result.gave_way = slice.error > kPrintMisses;
+    if (result.gave_way) plan.give_way(slice.s, plan.spec);
+  }
   result.spec = plan.spec;
   result.cast = body.inner.cast;
   result.dropped_components = body.inner.dropped_components;
   result.ray_spacing_mm = body.inner.rays.grid.spacing_mm;
   result.field_spacing_mm = body.inner.field.spacing_mm;
-  result.to_working = body.to_working;
   result.wall_mm = print_of(plan.spec).wall_mm;
   plan.prove(plan, body.shell + found, result);
   return result;
@@ -70,7 +84,13 @@ HollowResult hollow(const Mesh& solid, const Spec& spec, const HollowOptions& op
   detail::check(options, spec);
   std::visit([](const auto& s) { check(s, Setting::For::making); }, spec);
   if (const TargetSpec* target = std::get_if<TargetSpec>(&spec))
-    if (const auto result = detail::hollow_determined(solid, *target, options, progress)) return *result;
+    if (const auto result = detail::hollow_determined(solid, *target, options, progress)) {
+      if (!options.as_printed) return *result;
+      throw Error(
+          ErrorCode::usage,
+          "A body with all ten numbers given cannot be fitted to what a slicer lays down: leave one of them open, or slice it "
+          "yourself (rayrep measure tells what came of it).");
+    }
   detail::Plan plan = std::visit([&](const auto& s) { return detail::plan(solid, s, options, progress); }, spec);
   return detail::carry_out(plan, options, progress);
 }

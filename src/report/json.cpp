@@ -116,6 +116,36 @@ Json mass_json(const MassProperties& mass) {
   };
 }
 
+Json print_json(const Measurement& measurement) {
+  const Printed& printed = measurement.printed;
+  Json features = Json::array();
+  for (const PrintedFeature& feature : printed.features)
+    features.push_back({{"name", feature.name},
+                        {"of_body", feature.of_body},
+                        {"beads", feature.beads},
+                        {"volume_mm3", feature.s[M1]},
+                        {"moments", vector(feature.s)}});
+  Json json = {{"path", measurement.path},
+               {"format", printed.format},
+               {"slicer", printed.slicer},
+               {"density_g_cm3", measurement.density_g_cm3},
+               {"density_told", measurement.density_told},
+               {"told_volume_mm3", printed.told_volume_mm3 ? Json(*printed.told_volume_mm3) : Json(nullptr)},
+               {"laid_down_mm3", printed.volume_mm3()},
+               {"features", features},
+               {"mass_properties", mass_json(measurement.body)},
+               {"notes", printed.notes}};
+  if (const auto& placed = measurement.placed)
+    json["placed"] = {{"mesh", measurement.mesh},
+                      {"rotation", matrix(placed->to_mesh.linear())},
+                      {"translation_mm", vector(placed->to_mesh.translation())},
+                      {"layers", placed->layers},
+                      {"area_error", number(placed->area_error)},
+                      {"size_error_mm", number(placed->size_error_mm)},
+                      {"centre_error_mm", number(placed->centre_error_mm)}};
+  return json;
+}
+
 double seconds_of(const RunReport& report, const std::string& stage) {
   for (const auto& [name, seconds] : report.timings_s)
     if (name == stage) return seconds;
@@ -147,6 +177,13 @@ void add_solver(const RunReport& report, Json& json) {
                     {"as_built_error", number(hollow.as_built_error)},
                     {"seconds", seconds_of(report, "solve")}};
   add(hollow.proof_figures, json["solver"]);
+  if (!hollow.slices.empty()) {
+    json["slices"] = Json::array();
+    for (const auto& slice : hollow.slices)
+      json["slices"].push_back({{"excess", number(slice.excess)}, {"error", number(slice.error)}});
+    json["delivered_slice"] = hollow.best_slice;
+    json["waterline_of_print"] = hollow.gave_way;
+  }
   json["model"] = {
       {"ray_spacing_mm", hollow.ray_spacing_mm},
       {"field_spacing_mm", hollow.field_spacing_mm},
@@ -172,6 +209,7 @@ std::string to_json(const RunReport& report) {
   json["command"] = report.command;
   json["pass"] = verdict.pass();
   json["input"] = input_json(report.input);
+  if (report.print) json["print"] = print_json(*report.print);
   if (!report.output.empty()) json["output"] = {{"path", report.output}, {"triangles", report.delivered_triangles}};
   json["options"] = Json::object();
   for (const auto& [name, value] : report.options) json["options"][name] = value;
@@ -209,6 +247,15 @@ std::string to_json(const Inspection& inspection) {
   json["density_g_cm3"] = inspection.density_g_cm3;
   json["area_mm2"] = number(inspection.area_mm2);
   json["mass_properties"] = inspection.mass ? mass_json(*inspection.mass) : Json(nullptr);
+  return json.dump(2) + "\n";
+}
+
+std::string to_json(const Measurement& measurement) {
+  Json json;
+  json["schema"] = 1;
+  json["version"] = version();
+  json["command"] = "measure";
+  json["print"] = print_json(measurement);
   return json.dump(2) + "\n";
 }
 

@@ -154,6 +154,17 @@ std::string making_text(const HollowResult& hollow) {
   return text;
 }
 
+/// What came of each slicing.
+std::string slices_text(const HollowResult& hollow) {
+  std::string text;
+  for (std::size_t n = 0; n < hollow.slices.size(); ++n)
+    text += format("  slice %zu: laid down %+.3f %% of the mesh, off by %.1e of mass or diagonal%s\n", n + 1,
+                   100 * hollow.slices[n].excess, hollow.slices[n].error, n == hollow.best_slice ? " (delivered)" : "");
+  if (hollow.gave_way)
+    text += "  note: slices jump by whole layers, past the waterline that was found: it is now that of the print\n";
+  return text;
+}
+
 /// How the inside was found.
 std::string solver_text(const HollowResult& hollow) {
   return format("\n%zu cavit%s; %s: %s, %ld variables, %d iterations in %d pass%s\n", hollow.cavities,
@@ -174,6 +185,22 @@ std::string proof_text(const HollowResult& hollow, bool verbose) {
   return text;
 }
 
+/// Centre of mass and inertia.
+std::string body_text(const MassProperties& body) {
+  std::string text;
+  const Eigen::Vector3d& c = body.centre_of_mass_mm;
+  text += format("  centre of mass       %14.7g %14.7g %14.7g mm\n", c.x(), c.y(), c.z());
+  text += "  inertia tensor about the centre of mass, g mm2 (off-diagonals: negative products of inertia)\n";
+  for (int n = 0; n < 3; ++n)
+    text += format("                       %14.6g %14.6g %14.6g\n", body.inertia_g_mm2(n, 0), body.inertia_g_mm2(n, 1),
+                   body.inertia_g_mm2(n, 2));
+  text += "  principal moments, g mm2, and axes\n";
+  for (int n = 0; n < 3; ++n)
+    text += format("  %20.6g  (%9.6f, %9.6f, %9.6f)\n", body.principal_moments_g_mm2[n], body.principal_axes(0, n),
+                   body.principal_axes(1, n), body.principal_axes(2, n));
+  return text;
+}
+
 bool ends_in_3mf(const std::string& path) {
   std::string ending = path.substr(std::min(path.size(), path.rfind('.')));
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -184,11 +211,13 @@ bool ends_in_3mf(const std::string& path) {
 
 std::string to_text(const RunReport& report, bool verbose) {
   const Verdict& verdict = report.after;
-  std::string text = input_text(report.input) + "\n";
+  std::string text = report.hollow || !report.print ? input_text(report.input) : "";
+  if (report.print) text += heading_text(*report.print);
+  text += "\n";
   for (const std::string& sentence : verdict.meaning) text += wrapped(sentence);
   text += "\n" + verdict.headline + "\n\n";
   text += figures_text(report.hollow ? &report.before : nullptr, verdict.figures) + criteria_text(verdict);
-  if (report.hollow) text += making_text(*report.hollow);
+  if (report.hollow) text += making_text(*report.hollow) + slices_text(*report.hollow);
   if (verbose) {
     if (report.hollow) text += solver_text(*report.hollow);
     for (const auto& [stage, seconds] : report.timings_s) text += format("  %-10s %8.3f s\n", stage, seconds);
@@ -203,7 +232,9 @@ std::string printing_text(const RunReport& report) {
   const HollowResult& hollow = *report.hollow;
   const Print& print = print_of(hollow.spec);
   std::string text = "To print: ";
-  if (print.liquid_g_cm3 > 0) {
+  if (report.print) {
+    text += report.print->path + " as it is: it is what was judged, and another profile prints something else";
+  } else if (print.liquid_g_cm3 > 0) {
     text += "solid, not hollowed again by the slicer";
     if (hollow.cavities > 0)
       text += format("; drill a hole into %s, let the resin run out, and close it with cured resin",
@@ -244,17 +275,44 @@ std::string to_text(const Inspection& inspection) {
   text += format("\n  volume               %14.7g cm3\n", mass->volume_mm3 / 1000);
   text += format("  surface area         %14.7g cm2\n", inspection.area_mm2 / 100);
   text += format("  mass                 %14.7g g          (density %g g/cm3)\n", mass->mass_g, inspection.density_g_cm3);
-  const Eigen::Vector3d& c = mass->centre_of_mass_mm;
-  text += format("  centre of mass       %14.7g %14.7g %14.7g mm\n", c.x(), c.y(), c.z());
-  text += "  inertia tensor about the centre of mass, g mm2 (off-diagonals: negative products of inertia)\n";
-  for (int n = 0; n < 3; ++n)
-    text += format("                       %14.6g %14.6g %14.6g\n", mass->inertia_g_mm2(n, 0), mass->inertia_g_mm2(n, 1),
-                   mass->inertia_g_mm2(n, 2));
-  text += "  principal moments, g mm2, and axes\n";
-  for (int n = 0; n < 3; ++n)
-    text += format("  %20.6g  (%9.6f, %9.6f, %9.6f)\n", mass->principal_moments_g_mm2[n], mass->principal_axes(0, n),
-                   mass->principal_axes(1, n), mass->principal_axes(2, n));
+  text += body_text(*mass);
   return text;
+}
+
+std::string heading_text(const Measurement& measurement) {
+  const Printed& printed = measurement.printed;
+  std::string text = measurement.path + ": " + printed.format + (printed.slicer.empty() ? "" : " by " + printed.slicer) + "\n";
+  for (const std::string& note : printed.notes) text += "  note: " + note + "\n";
+  if (printed.told_volume_mm3) {
+    const double all = printed.volume_mm3();
+    const double off = 100 * (all / *printed.told_volume_mm3 - 1);
+    text += format("  The slicer says \"%s\": %.3f cm3; its moves lay down %.3f cm3 (%+.3f %%).\n", printed.told,
+                   *printed.told_volume_mm3 / 1000, all / 1000, std::abs(off) < 5e-4 ? 0.0 : off);
+  }
+  if (!measurement.density_told)
+    text += format("  Density %g g/cm3.\n", measurement.density_g_cm3);
+  else
+    text += format("  Density %g g/cm3, as the file says.\n", measurement.density_g_cm3);
+  if (!measurement.placed) return text;
+  const PrintPlacement& placed = *measurement.placed;
+  if (placed.layers == 0)
+    return text + "  " + measurement.mesh + " lies where --bed-center says; there are no outlines to check that.\n";
+  return text + format("  %s was found in it by the outlines of %zu layers, which agree in width and depth to %.3f mm (median).\n",
+                       measurement.mesh, placed.layers, placed.size_error_mm);
+}
+
+std::string to_text(const Measurement& measurement) {
+  std::string text = heading_text(measurement);
+  text += format("\n  %-34s %12s %12s\n", "laid down as", "cm3", "g");
+  const double g = 1e-3 * measurement.density_g_cm3;
+  for (const PrintedFeature& feature : measurement.printed.features)
+    text += format("  %-34s %12.4f %12.4f%s\n", feature.name, feature.s[M1] / 1000, g * feature.s[M1],
+                   feature.of_body ? "" : "   not of the body");
+  text += format("\n  mass of the body     %14.7g g          (%.7g cm3)\n", measurement.body.mass_g,
+                 measurement.body.volume_mm3 / 1000);
+  text += measurement.placed ? "  In the coordinates of the mesh:\n"
+                             : "  In the printer's coordinates (--of MESH gives those of the mesh):\n";
+  return text + body_text(measurement.body);
 }
 
 }  // namespace rayrep

@@ -111,6 +111,69 @@ Setting each_row(Options& options, const char* details) {
           .place = &options.each};
 }
 
+/// A number as settings show it.
+std::string text_of(double value) { return shown(Setting{.name = "", .value = "", .words = "", .details = "", .place = &value}); }
+
+Settings print_rows(Options& options) {
+  return {{.name = "filament-diameter",
+           .value = "MM",
+           .words = "of G-code, whatever the file says",
+           .details = "",
+           .place = &options.printed.filament_diameter_mm,
+           .range = Range::positive(),
+           .unset = "as the file says"},
+          {.name = "print-direction",
+           .value = "DIR",
+           .words = "of the mesh: upward on the bed",
+           .details = "x, y, z, -x, -y, -z or X,Y,Z: as the mesh was laid on the bed in the slicer.",
+           .place = direction_place("print-direction", options.placing.print_direction)},
+          {.name = "turned",
+           .value = "DEG",
+           .words = "the mesh was turned on the bed by",
+           .details = "",
+           .place = &options.turned_deg,
+           .range = {.lo = -720, .hi = 720, .open = false}},
+          {.name = "bed-center",
+           .value = "X,Y",
+           .words = "of the mesh's box on the bed",
+           .details = "The middle of the bounding box, as PrusaSlicer's --center takes it. Otherwise the outlines of the layers "
+                      "are laid over the mesh's "
+                      "sections, and it is refused when they do not fit.",
+           .place = TextPlace{[&options](const std::string& text) {
+                                const std::vector<double> numbers = parse_numbers("bed-center", text);
+                                if (numbers.size() != 2) usage_error("--bed-center takes X,Y in mm; it is '" + text + "'.");
+                                options.placing.centre_mm = Eigen::Vector2d(numbers[0], numbers[1]);
+                              },
+                              [&options] {
+                                const auto& centre = options.placing.centre_mm;
+                                return centre ? text_of(centre->x()) + "," + text_of(centre->y()) : std::string("found");
+                              }}}};
+}
+
+Settings slicer_rows(Options& options) {
+  return {
+      {.name = "slicer",
+       .value = "PROGRAM",
+       .words = "make what this slicer prints of it meet the goal",
+       .details = "prusa-slicer, or its path: PrusaSlicer or SuperSlicer, at 100 % infill. The G-code is measured, what it has "
+                  "more or less than the mesh is "
+                  "made up for inside, and it is sliced again, three times at most. Mesh and G-code are written; what is judged is "
+                  "the G-code.",
+       .place = TextPlace{[&options](const std::string& text) { options.slicer.program = text; },
+                          [&options] { return options.slicer.program.empty() ? "none" : options.slicer.program; }}},
+      {.name = "profile",
+       .value = "FILE",
+       .words = "of the slicer: an .ini as it exports it",
+       .details = "PrusaSlicer: File, Export, Export Config. Its density of the filament counts unless --density or --material is "
+                  "given. Infill and the place on the bed are set by rayrep.",
+       .place = path_place(options.slicer.profile)},
+      {.name = "gcode",
+       .value = "FILE",
+       .words = "where the G-code goes (default: the output's name)",
+       .details = "",
+       .place = path_place(options.gcode)}};
+}
+
 Settings inertial_files(Options& options) {
   return {
       {.name = "urdf",
@@ -220,7 +283,7 @@ std::vector<Group> hollow_groups(Options& options) {
   Group files{"Files", output_rows(options)};
   append(files.settings, common_rows(options, true));
   if (std::holds_alternative<TargetSpec>(options.spec)) append(files.settings, inertial_files(options));
-  return {mesh, goal, making, files};
+  return {mesh, goal, making, {"The slicer", slicer_rows(options)}, files};
 }
 
 std::vector<Group> verify_groups(Options& options) {
@@ -245,7 +308,30 @@ std::vector<Group> verify_groups(Options& options) {
                               .words = "required outer surface, of --unit and --size",
                               .details = "The surface that must be found unchanged outside.",
                               .place = path_place(options.original)});
-  return {mesh, judging, {"Goal " + options.goal, rows}, {"Files", common_rows(options, true)}};
+  return {mesh,
+          judging,
+          {"Goal " + options.goal, rows},
+          {"A print (MESH is a .gcode file)", print_rows(options)},
+          {"Files", common_rows(options, true)}};
+}
+
+std::vector<Group> measure_groups(Options& options) {
+  Group print{"The print", settings(options.print, For::judging)};
+  std::erase_if(print.settings, [](const Setting& s) { return s.name == "wall" || s.name == "drained"; });
+  append(print.settings, print_rows(options));
+  Group mesh{"The mesh in it",
+             {{.name = "of",
+               .value = "MESH",
+               .words = "tell it in the coordinates of MESH, which was sliced",
+               .details = "MESH may be what was sliced or anything with the same outside.",
+               .place = path_place(options.original)}}};
+  append(mesh.settings, mesh_rows(options));
+  std::erase_if(mesh.settings, [](const Setting& s) { return s.name == "rigid"; });
+  Group output{"Output",
+               {{.name = "json", .value = "", .words = "JSON on standard output", .details = "", .place = &options.json}}};
+  append(output.settings, inertial_files(options));
+  append(output.settings, common_rows(options, false));
+  return {print, mesh, output};
 }
 
 std::vector<Group> inspect_groups(Options& options) {
@@ -368,11 +454,29 @@ void apply(const std::vector<Group>& groups, const Given& given, Options& option
 }
 
 void note_in_force(const std::vector<Group>& groups, Options& options) {
-  static const std::set<std::string> kNotTold = {"material", "help",      "quiet", "verbose", "output", "report",
-                                                 "suggest",  "no-advice", "json",  "urdf",    "mjcf",   "original"};
+  static const std::set<std::string> kNotTold = {"material",  "help", "quiet", "verbose", "output", "report",  "suggest",
+                                                 "no-advice", "json", "gcode", "urdf",    "mjcf",   "original"};
   for (const Group& group : groups)
     for (const Setting& s : group.settings)
       if (!kNotTold.contains(long_name(s))) options.in_force.emplace_back(long_name(s), shown(s));
+}
+
+/// @throws Error{usage} for what goes with a file for a printer only, or does not go with one
+void check_print(const Given& given, Options& options) {
+  const bool print = is_printed(options.input);
+  if (options.command == Command::inspect && print) options.command = Command::measure;
+  if (options.command == Command::hollow && print)
+    usage_error("'" + options.input.string() + "' is a file for a printer. Name the mesh it was made from.");
+  if (options.word == "measure" && !print)
+    usage_error("'" + options.input.string() + "' is not G-code by its name (.gcode); 'rayrep inspect' measures meshes.");
+  if (options.command != Command::verify) return;
+  Options none;
+  for (const Setting& s : print_rows(none))
+    if (!print && given.contains(s.name)) usage_error("--" + s.name + " is for a print: MESH is not a .gcode file.");
+  if (!print) return;
+  if (options.original.empty())
+    usage_error("To judge a print, name the mesh it was made from: --original MESH. Its outside is what touches water and ground.");
+  if (options.each) usage_error("--each is for meshes: judge prints one by one.");
 }
 
 /// @throws Error{usage} for what --each does not go with
@@ -385,9 +489,27 @@ void check_each(const Options& options) {
 }
 
 void check_spec(const Options& options) {
-  if (options.command == Command::inspect) return;
+  if (options.command == Command::inspect || options.command == Command::measure) return;
   const For purpose = options.command == Command::hollow ? For::making : For::judging;
   std::visit([purpose](const auto& s) { check(s, purpose); }, options.spec);
+}
+
+/// @throws Error{usage} for what goes with a slicer only
+void check_slicer(const Given& given, Options& options) {
+  if (options.command != Command::hollow) return;
+  if (options.slicer.program.empty()) {
+    for (const char* name : {"profile", "gcode"})
+      if (given.contains(name)) usage_error(std::string("--") + name + " goes with a slicer: say --slicer prusa-slicer, too.");
+    return;
+  }
+  const SlicerProfile profile = read_slicer_profile(options.slicer.profile);
+  if (!options.density_given && profile.density_g_cm3) print_in(options.spec).density_g_cm3 = *profile.density_g_cm3;
+  std::visit(
+      [&options](const auto& s) {
+        if constexpr (requires { s.up; }) options.slicer.print_direction = s.up;
+      },
+      options.spec);
+  if (options.gcode.empty()) options.gcode = std::filesystem::path(options.output).replace_extension(".gcode");
 }
 
 void choose_output(Options& options) {
@@ -434,7 +556,7 @@ void refuse_overwriting(const Options& options) {
   if (same(options.output, options.input))
     usage_error("The output '" + options.output.string() + "' is the input itself: choose another name with --output.");
   const std::pair<const char*, std::filesystem::path> texts[] = {
-      {"report", options.report}, {"urdf", options.urdf}, {"mjcf", options.mjcf}};
+      {"report", options.report}, {"urdf", options.urdf}, {"mjcf", options.mjcf}, {"gcode", options.gcode}};
   for (const auto& [name, text] : texts) {
     for (const auto& mesh : {options.input, options.original, options.output})
       if (same(text, mesh))
@@ -458,7 +580,13 @@ const std::vector<Syntax>& commands() {
                    "rayrep verify MESH [options]: judge from its triangles whether MESH floats, spins, stands ...\n"
                    "Without --waterline or --submerged it floats where it displaces its own mass.\n",
                    "judge a hollowed mesh: does it float upright, spin, stand, fit its target?", Command::verify});
-    all.push_back({"inspect", "rayrep inspect MESH [options]: size, volume, mass, centre of mass, inertia and defects of MESH.\n",
+    all.push_back({"measure",
+                   "rayrep measure FILE.gcode [options]: mass, centre of mass and inertia of what a printer lays down.\n"
+                   "Skirt, brim, raft, supports and wipe tower are listed and not counted.\n",
+                   "mass, centre of mass and inertia of what a .gcode file prints", Command::measure});
+    all.push_back({"inspect",
+                   "rayrep inspect MESH [options]: size, volume, mass, centre of mass, inertia and defects of MESH.\n"
+                   "Of a .gcode file what measure tells.\n",
                    "size, volume, mass, inertia and defects of MESH", Command::inspect});
     return all;
   }();
@@ -473,6 +601,8 @@ std::vector<Group> groups_of(const Syntax& syntax, Options& options) {
       return verify_groups(options);
     case Command::inspect:
       return inspect_groups(options);
+    case Command::measure:
+      return measure_groups(options);
     case Command::text:
       break;
   }
@@ -589,9 +719,12 @@ Options parse_command_line(int argc, const char* const* argv) {
   }
   const std::vector<Group> groups = groups_of(syntax, options);
   apply(groups, given, options);
+  options.density_given = given.contains("density") || given.contains("material");
+  check_print(given, options);
   check_spec(options);
   check_each(options);
   choose_output(options);
+  check_slicer(given, options);
   note_in_force(groups, options);
   refuse_overwriting(options);
   return options;

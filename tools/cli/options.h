@@ -9,12 +9,15 @@
 #include "rayrep/advice/suggest.h"
 #include "rayrep/base/setting.h"
 #include "rayrep/io/mesh_io.h"
+#include "rayrep/io/printed.h"
 #include "rayrep/make/hollow.h"
 #include "rayrep/physics/spec.h"
+#include "rayrep/print/place_print.h"
+#include "rayrep/print/slicer.h"
 
 namespace rayrep::tool {
 
-enum class Command { hollow, verify, inspect, text };
+enum class Command { hollow, verify, inspect, measure, text };
 
 /// The command line, parsed and checked as far as that is possible without the mesh.
 struct Options {
@@ -31,13 +34,21 @@ struct Options {
 
   std::string goal = "float";  ///< hollow, verify: one of the goals' words
   Spec spec;                   ///< hollow, verify: what MESH is, or shall be, for
-  Print print;                 ///< inspect
+  Print print;                 ///< inspect, measure
+  bool density_given = false;  ///< by --density or --material
+  PrintedOptions printed;      ///< of a file for a printer: how it is read,
+  PlacePrintOptions placing;   ///< and how the mesh lies in it, but for
+  double turned_deg = 0;       ///< by which it is turned on the bed
   HollowOptions hollow;
 
-  std::filesystem::path output;    ///< empty: the default name
-  std::filesystem::path original;  ///< verify: the surface that must be unchanged; may be empty
-  std::filesystem::path report;    ///< empty: none
-  std::filesystem::path urdf;      ///< target, inspect; empty: none
+  SlicerOptions slicer;         ///< hollow: no program: the mesh alone
+  std::filesystem::path gcode;  ///< of the slicer; empty: the output's name
+
+  std::filesystem::path output;  ///< empty: the default name
+  std::filesystem::path
+      original;  ///< verify: the surface that must be unchanged; measure: where the print is looked for; may be empty
+  std::filesystem::path report;  ///< empty: none
+  std::filesystem::path urdf;    ///< target, inspect; empty: none
   std::filesystem::path mjcf;
   bool suggest = false;    ///< print command lines that would succeed when this one cannot
   bool no_advice = false;  ///< do not look for them

@@ -11,6 +11,7 @@
 #include <iostream>
 #include <system_error>
 
+#include "measure.h"
 #include "rayrep/rayrep.h"
 
 namespace rayrep::tool {
@@ -173,7 +174,7 @@ bool is_device(const std::filesystem::path& path) {
 /// Finds out before the work that an output cannot be written. What is text may go to a device.
 void require_outputs(const Options& options) {
   if (!options.output.empty()) require_writable(options.output);
-  for (const auto& text : {options.report, options.urdf, options.mjcf})
+  for (const auto& text : {options.report, options.urdf, options.mjcf, options.gcode})
     if (!text.empty() && !is_device(text)) require_writable(text);
 }
 
@@ -216,7 +217,7 @@ std::filesystem::path numbered(const std::filesystem::path& path, std::size_t nu
 /// The options for one body of many.
 Options options_for(const Options& options, std::size_t number) {
   Options one = options;
-  for (std::filesystem::path* path : {&one.output, &one.report, &one.urdf, &one.mjcf}) *path = numbered(*path, number);
+  for (std::filesystem::path* path : {&one.output, &one.report, &one.urdf, &one.mjcf, &one.gcode}) *path = numbered(*path, number);
   refuse_overwriting(one);
   require_outputs(one);
   return one;
@@ -256,8 +257,15 @@ void for_each_body(const Options& options, std::vector<ReadMesh> bodies, const P
                            (failed < bodies.size() ? ", the others are done." : "."));
 }
 
+struct ToDeliver {
+  const Options& options;
+  const Mesh& solid;
+  const SlicedBodies* sliced;  ///< null: the mesh alone is judged
+};
+
 /// Writes the hollowed mesh beside its final place, has it judged as re-read from disk, and puts it in place if it passes.
-void deliver(const Options& options, const Mesh& solid, RunReport& report, Stages& stages, const Progress& progress) {
+void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Progress& progress) {
+  const auto& [options, solid, sliced] = what;
   HollowResult& hollow = *report.hollow;
   progress.begin("write");
   PendingFile pending(options.output);
@@ -268,18 +276,29 @@ void deliver(const Options& options, const Mesh& solid, RunReport& report, Stage
     pending.write(body);
   }
   progress.begin("verify");
-  report.after = verify(read_mesh(pending.path()).mesh, &solid, hollow.spec, {}, progress);
+  if (sliced)
+    report.after = sliced->judged(read_mesh(pending.path()).mesh, solid, report, progress);
+  else
+    report.after = verify(read_mesh(pending.path()).mesh, &solid, hollow.spec, {}, progress);
   report.before = state_figures(solid, hollow.spec, {}, progress);
   report.timings_s = stages.finish();
   report.peak_memory_mb = peak_memory_mb();
   if (!report.after.pass()) {
     write_report(options, report);
     if (!options.quiet) std::cout << to_text(report, options.verbose);
-    throw Error(ErrorCode::goal, "The hollowed mesh does not meet the goal " + failures(report.after, "; nothing was written."));
+    const std::string jumps =
+        sliced
+            ? " After " + std::to_string(hollow.slices.size()) +
+                  " slices the print still misses it: what a slicer lays down jumps by whole layers, most of all where the floor "
+                  "of the cavity is level. Thinner layers, another wall, or a waterline left open help."
+            : "";
+    throw Error(ErrorCode::goal, std::string(sliced ? "The print" : "The hollowed mesh") + " does not meet the goal " +
+                                     failures(report.after, "; nothing was written.") + jumps);
   }
   std::error_code ignored;
   const bool replaced = std::filesystem::exists(options.output, ignored);
   pending.commit();
+  if (sliced) sliced->deliver(hollow.best_slice);
   report.output = options.output.string();
   write_report(options, report);
   if (options.quiet) return;
@@ -320,8 +339,14 @@ void hollow_one(const Options& options, const ReadMesh& input, Stages& stages, c
   const Mesh& solid = input.checked.mesh;
   require_room_for_wall(options, solid);
   RunReport report = start_report(options, input);
-  report.hollow = hollow(solid, options.spec, hollow_options(options), progress);
-  deliver(options, solid, report, stages, progress);
+  HollowOptions how = hollow_options(options);
+  std::optional<SlicedBodies> sliced;
+  if (!options.slicer.program.empty()) {
+    sliced.emplace(options, progress);
+    how.as_printed = [&sliced](const Mesh& body) { return sliced->slice(body); };
+  }
+  report.hollow = hollow(solid, options.spec, how, progress);
+  deliver({options, solid, sliced ? &*sliced : nullptr}, report, stages, progress);
   write_inertial(options, report.after.body);
 }
 
@@ -337,6 +362,16 @@ void run_hollow(const Options& options, Stages& stages, const Progress& progress
 }
 
 constexpr CheckOptions kChecksToJudge{.self_intersections = false};
+
+/// What both verdicts on meshes and on prints end with.
+void tell_verdict(const Options& options, RunReport& report, Stages& stages) {
+  report.timings_s = stages.finish();
+  report.peak_memory_mb = peak_memory_mb();
+  write_report(options, report);
+  if (!options.quiet) std::cout << to_text(report, options.verbose);
+  if (!report.after.pass()) throw Error(ErrorCode::goal, "It does not meet the goal " + failures(report.after, "."));
+  if (!options.quiet) std::cout << "VERIFIED\n";
+}
 
 void verify_one(const Options& options, const ReadMesh& mesh, Stages& stages, const Progress& progress) {
   ReadMesh input = mesh;
@@ -356,15 +391,44 @@ void verify_one(const Options& options, const ReadMesh& mesh, Stages& stages, co
     if (error.code() == ErrorCode::input) refuse_unusable(input);
     throw;
   }
-  report.timings_s = stages.finish();
-  report.peak_memory_mb = peak_memory_mb();
-  write_report(options, report);
-  if (!options.quiet) std::cout << to_text(report, options.verbose);
-  if (!report.after.pass()) throw Error(ErrorCode::goal, "It does not meet the goal " + failures(report.after, "."));
-  if (!options.quiet) std::cout << "VERIFIED\n";
+  tell_verdict(options, report, stages);
+}
+
+void verify_printed(const Options& options, Stages& stages, const Progress& progress) {
+  ReadMesh original = read(options.original, options, kChecksToJudge, progress);
+  refuse_unusable(original);
+  RunReport report = start_report(options, original);
+  progress.begin("measure");
+  report.print = measured(options, &original.checked.mesh, options.original.string());
+  Spec spec = options.spec;
+  std::visit([&](auto& s) { s.print.density_g_cm3 = report.print->density_g_cm3; }, spec);
+  progress.begin("verify");
+  const Moments printed = moment_map(report.print->placed->to_mesh) * report.print->printed.body();
+  report.after = verify_print(original.checked.mesh, printed, spec, {}, progress);
+  tell_verdict(options, report, stages);
+}
+
+void run_measure(const Options& options, Stages& stages, const Progress& progress) {
+  std::optional<ReadMesh> mesh;
+  if (!options.original.empty()) {
+    mesh = read(options.original, options, kChecksToJudge, progress);
+    refuse_unusable(*mesh);
+  }
+  progress.begin("measure");
+  const Measurement measurement = measured(options, mesh ? &mesh->checked.mesh : nullptr, options.original.string());
+  stages.finish();
+  if (options.json)
+    std::cout << to_json(measurement);
+  else if (!options.quiet)
+    std::cout << to_text(measurement);
+  write_inertial(options, measurement.body);
 }
 
 void run_verify(const Options& options, Stages& stages, const Progress& progress) {
+  if (is_printed(options.input)) {
+    verify_printed(options, stages, progress);
+    return;
+  }
   // What rayrep has written is in millimetres and of its final size; unit and size are then those of what it was made from.
   Options as_written = options;
   if (!options.original.empty()) {
@@ -452,6 +516,9 @@ void run(const Options& options, const std::function<bool()>& cancelled) {
       break;
     case Command::inspect:
       run_inspect(options, stages, progress);
+      break;
+    case Command::measure:
+      run_measure(options, stages, progress);
       break;
     case Command::text:
       std::cout << options.text;

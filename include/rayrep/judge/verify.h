@@ -242,6 +242,26 @@ TargetState target_state_of(const Mesh& mesh, const TargetSpec& spec, const Prog
 Verdict verify(const Mesh& delivered, const Mesh* original, const Spec& spec, const Limits& limits = {},
                const Progress& progress = {});
 
+/// Judges what a printer lays down: mass, centre of mass and inertia are those of the print, what touches water and ground is the
+/// original's outer surface. Criteria are those of the goal, from mass_error, offset, supported or the first number wanted on; of
+/// the surface itself nothing is judged. Without a waterline it floats where it displaces the print's mass.
+/// @param printed  unit density, in the frame of the original: place_print
+/// @throws Error{input} for an original that is not closed, or a print without volume; otherwise as verify
+Verdict verify_print(const Mesh& original, const Moments& printed, const Spec& spec, const Limits& limits = {},
+                     const Progress& progress = {});
+
+/// A mesh and what a printer lays down for it.
+struct PrintedMesh {
+  const Mesh& mesh;
+  const Moments& printed;  ///< unit density, in the frame of the mesh
+};
+
+/// Judges both: of the mesh its surface (closed, outer_unchanged, no_islands, no_crossings, wall, trapped_resin), of the print what
+/// verify_print judges.
+/// @throws Error as verify
+Verdict verify(const PrintedMesh& delivered, const Mesh& original, const Spec& spec, const Limits& limits = {},
+               const Progress& progress = {});
+
 /// The figures of a body as they stand in a verdict, for the "before" column.
 Figures state_figures(const Mesh& mesh, const Spec& spec, const Limits& limits = {}, const Progress& progress = {});
 

@@ -34,6 +34,12 @@ struct HollowOptions {
   double start_fill = 0.5;  ///< where Ipopt starts on segments: 1 all solid, 0 all void; half takes the fewest iterations mostly
   /// What storing does to coordinates (e.g. rounding to float32), see as_stored in mesh_io.h; empty: nothing.
   std::function<Mesh(const Mesh&)> as_stored;
+  /// The ten moments, unit density, of what a printer lays down for a body, both in the frame of the mesh that is given; empty: a
+  /// print is taken to be its mesh. With it the body is made such that not its mesh but its print meets the goal. theory.md (45)
+  std::function<Moments(const Mesh&)> as_printed;
+  int max_slices = 3;  ///< how often as_printed is asked
+  /// No further slice is made once a print misses mass and offset by no more than this (as as_built_tolerance).
+  double as_printed_tolerance = 3e-5;
 };
 
 /// The rows that set them, those that mean something for such a spec.
@@ -59,7 +65,16 @@ struct HollowResult {
   int solver_iterations = 0;    ///< over all passes
   int passes = 0;
   double as_built_error = 0;  ///< of the delivered mesh, to compare with HollowOptions::as_built_tolerance
-  double wall_mm = 0;         ///< of the cavity: thicker than asked for when all ten numbers of a target were wanted
+  /// One asking of HollowOptions::as_printed.
+  struct Slice {
+    double excess = 0;            ///< volume of the print over that of the mesh, less 1
+    double error = 0;             ///< of the print, to compare with HollowOptions::as_printed_tolerance
+    Moments s = Moments::Zero();  ///< of the print, unit density, working frame
+  };
+  std::vector<Slice> slices;   ///< in order; empty without as_printed
+  std::size_t best_slice = 0;  ///< which of them is delivered
+  bool gave_way = false;       ///< the prints jumped past the waterline that was found: it is that of the print now
+  double wall_mm = 0;          ///< of the cavity: thicker than asked for when all ten numbers of a target were wanted
 
   // What is proven.
   std::optional<double> duality_gap;  ///< (objective - proven lower bound) / |bound| on these rays, last pass; may be -1e-7

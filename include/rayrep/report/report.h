@@ -5,9 +5,11 @@
 #include <vector>
 
 #include "rayrep/io/mesh_io.h"
+#include "rayrep/io/printed.h"
 #include "rayrep/judge/verify.h"
 #include "rayrep/make/hollow.h"
 #include "rayrep/mesh/mesh_check.h"
+#include "rayrep/print/place_print.h"
 
 namespace rayrep {
 
@@ -26,10 +28,28 @@ struct InputSummary {
   std::vector<std::string> notes;  ///< of the reader
 };
 
+/// What a file for a printer lays down.
+struct Measurement {
+  std::string path;
+  Printed printed;
+  double density_g_cm3 = 0;
+  bool density_told = false;             ///< by the file
+  MassProperties body;                   ///< in the frame of the mesh if it was placed, else in the printer's
+  std::string mesh;                      ///< path of the mesh it was placed in; may be empty
+  std::optional<PrintPlacement> placed;  ///< none: not asked for
+};
+
+/// "duck.gcode: G-code by PrusaSlicer 2.5.0 ...", its notes, and how it was placed.
+std::string heading_text(const Measurement& measurement);
+/// That, what is laid down under each name, and mass, centre of mass and inertia of the body.
+std::string to_text(const Measurement& measurement);
+std::string to_json(const Measurement& measurement);
+
 /// What a run of a command found out, whatever the goal.
 struct RunReport {
   std::string command;  ///< "float", "spin", "stand", "target" or "verify"
   InputSummary input;
+  std::optional<Measurement> print;                          ///< what was judged is a file for a printer, `input` its original
   std::string output;                                        ///< path; empty when nothing was written
   std::vector<std::pair<std::string, std::string>> options;  ///< as they were in force, by name
   std::size_t delivered_triangles = 0;

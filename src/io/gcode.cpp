@@ -1,0 +1,373 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "base/text.h"
+#include "io/gcode_text.h"
+#include "io/mesh_io_detail.h"
+#include "io/printed_outline.h"
+#include "rayrep/base/error.h"
+#include "rayrep/io/printed.h"
+#include "rayrep/physics/bead.h"
+
+namespace rayrep::detail {
+namespace {
+
+constexpr double kUsualDiameterMm = 1.75;
+constexpr const char* kStartCode = "start and end code";
+
+/// Follows the nozzle and adds up what it lays down.
+class GcodeReader {
+public:
+  GcodeReader(const FileBytes& file, const PrintedOptions& options)
+      : file_(file), options_(options), header_(gcode_header(file.bytes)) {}
+
+  Printed read() {
+    result_.format = "G-code";
+    result_.bottom_mm = std::numeric_limits<double>::infinity();
+    result_.slicer = header_.slicer;
+    choose_feature(header_.has_features ? kStartCode : "all that is extruded");
+    std::string_view rest = file_.bytes;
+    GcodeLine line;
+    while (!rest.empty()) {
+      ++line_;
+      const std::string_view text = next_line(rest);
+      if (!parse_gcode_line(text, line)) fail("a number cannot be read. Export the G-code again.");
+      if (!line.comment.empty()) comment(line);
+      if (line.letter == 'G' && line.whole) motion(line);
+      if (line.letter == 'M' && line.whole) setting(line);
+      if (line.letter == 'T' && line.whole && line.code >= 0 && line.code < 64) tool_ = static_cast<std::size_t>(line.code);
+      // Klipper's way to name objects.
+      if (const auto name = after(text, "EXCLUDE_OBJECT_START NAME=")) object(*name);
+    }
+    end_layer();
+    finish();
+    return std::move(result_);
+  }
+
+private:
+  const FileBytes& file_;
+  const PrintedOptions& options_;
+  const GcodeHeader header_;
+  Printed result_;
+  PrintedOutline outline_;
+  std::size_t line_ = 0;
+
+  // The machine.
+  Eigen::Vector3d at_ = Eigen::Vector3d::Zero();      // mm, in the coordinates of the commands
+  Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();  // of these, in those of the printer
+  double e_ = 0;
+  bool relative_ = false;
+  bool e_relative_ = false;
+  double mm_ = 1;
+  double flow_ = 1;
+  std::size_t tool_ = 0;
+  std::optional<double> m200_diameter_mm_;
+  bool bed_plane_ = true;
+  // What the comments say.
+  std::size_t feature_ = 0;
+  bool perimeter_ = false;
+  std::optional<double> width_mm_;
+  std::optional<double> height_mm_;
+  // The layer.
+  double layer_top_mm_ = 0;
+  double below_mm_ = 0;
+  double outline_top_mm_ = 0;
+  double outline_height_mm_ = 0;
+  bool usual_diameter_ = false;
+
+  [[noreturn]] void fail(const std::string& what) const { fail_read(file_, concat("line ", line_), what); }
+
+  void choose_feature(std::string_view name) {
+    auto& all = result_.features;
+    const auto known = std::find_if(all.begin(), all.end(), [name](const PrintedFeature& f) { return f.name == name; });
+    feature_ = static_cast<std::size_t>(known - all.begin());
+    if (known == all.end()) {
+      all.emplace_back();
+      all.back().name = std::string(name);
+      all.back().of_body = is_of_body(name) && name != kStartCode;
+    }
+    const bool perimeter = !header_.has_features || is_perimeter(name);
+    if (!perimeter) outline_.end_path();
+    perimeter_ = perimeter;
+  }
+
+  void object(std::string_view name) {
+    auto& objects = result_.objects;
+    if (std::find(objects.begin(), objects.end(), name) == objects.end()) objects.emplace_back(name);
+  }
+
+  void comment(const GcodeLine& line) {
+    const std::string_view text = line.comment;
+    const auto positive = [](std::string_view number) -> std::optional<double> {
+      double value = 0;
+      return parse_number(number, value) && value > 0 && std::isfinite(value) ? std::optional<double>(value) : std::nullopt;
+    };
+    if (const auto type = after(text, "TYPE:"))
+      choose_feature(*type);
+    else if (const auto feature = after(text, "FEATURE:"))
+      choose_feature(*feature);
+    else if (const auto width = after(text, "WIDTH:"))
+      width_mm_ = positive(*width);
+    else if (const auto line_width = after(text, "LINE_WIDTH:"))
+      width_mm_ = positive(*line_width);
+    else if (const auto height = after(text, "HEIGHT:"))
+      height_mm_ = positive(*height);
+    else if (const auto layer_height = after(text, "LAYER_HEIGHT:"))
+      height_mm_ = positive(*layer_height);
+    else if (const auto name = after(text, "printing object "))
+      object(*name);
+    else if (const auto mesh = after(text, "MESH:"); mesh && *mesh != "NONMESH")
+      object(*mesh);
+    else if (text.starts_with("LAYER_CHANGE") || text.starts_with("CHANGE_LAYER"))
+      end_layer();
+    else if (const auto number = after(text, "LAYER:")) {
+      end_layer();
+      if (number->starts_with('-')) choose_feature("raft");
+    } else if (!header_.has_features && line.letter == 'G')
+      for (const char* other : {"skirt", "brim", "support", "perimeter", "infill"})  // Slic3r's verbose G-code
+        if (text.starts_with(other)) choose_feature(text);
+  }
+
+  void motion(const GcodeLine& line) {
+    switch (line.code) {
+      case 0:
+      case 1:
+        move(line);
+        return;
+      case 2:
+      case 3:
+        arc(line);
+        return;
+      case 5:
+        fail("it draws a spline (G5), which rayrep does not read. Export the G-code without curves.");
+      case 17:
+        bed_plane_ = true;
+        return;
+      case 18:
+      case 19:
+        bed_plane_ = false;
+        return;
+      case 20:
+        mm_ = 25.4;
+        return;
+      case 21:
+        mm_ = 1;
+        return;
+      case 90:
+        relative_ = false;
+        return;
+      case 91:
+        relative_ = true;
+        return;
+      case 92:
+        rename_place(line);
+        return;
+      default:
+        return;
+    }
+  }
+
+  void setting(const GcodeLine& line) {
+    if (line.code == 82) e_relative_ = false;
+    if (line.code == 83) e_relative_ = true;
+    if (line.code == 221 && line['S']) flow_ = *line['S'] / 100;
+    if (line.code == 200 && line['D']) m200_diameter_mm_ = *line['D'] * mm_;
+    if (line.code == 486 && line['S'] && *line['S'] >= 0) object(concat("object ", *line['S']));
+  }
+
+  /// G92: the place the machine is at gets another name.
+  void rename_place(const GcodeLine& line) {
+    const bool all = !line['X'] && !line['Y'] && !line['Z'] && !line['E'];
+    for (int k = 0; k < 3; ++k) {
+      const auto value = line[static_cast<char>('X' + k)];
+      if (!value && !all) continue;
+      const double named = value.value_or(0) * mm_;
+      origin_[k] += at_[k] - named;
+      at_[k] = named;
+    }
+    if (line['E'] || all) e_ = line['E'].value_or(0) * mm_;
+  }
+
+  Eigen::Vector3d place_in(const GcodeLine& line) const {
+    Eigen::Vector3d to = at_;
+    for (int k = 0; k < 3; ++k)
+      if (const auto value = line[static_cast<char>('X' + k)]) to[k] = (relative_ ? at_[k] : 0) + *value * mm_;
+    return to;
+  }
+
+  /// What is extruded on the way, mm^3; negative when it is drawn back.
+  double extruded_mm3(const GcodeLine& line) {
+    const auto value = line['E'];
+    if (!value) return 0;
+    const bool relative = relative_ || e_relative_;
+    const double length = relative ? *value * mm_ : *value * mm_ - e_;
+    e_ = relative ? e_ + length : *value * mm_;
+    if (m200_diameter_mm_ ? *m200_diameter_mm_ > 0 : header_.volumetric) return length * mm_ * mm_ * flow_;
+    const double d = diameter_mm();
+    return length * flow_ * std::numbers::pi * d * d / 4;
+  }
+
+  double diameter_mm() {
+    if (options_.filament_diameter_mm) return *options_.filament_diameter_mm;
+    const auto& told = header_.filament_diameters_mm;
+    if (!told.empty()) return told[std::min(tool_, told.size() - 1)];
+    usual_diameter_ = true;
+    return kUsualDiameterMm;
+  }
+
+  /// The height of what is laid down with the nozzle at z.
+  double height_at(double z_mm) {
+    if (z_mm > layer_top_mm_ + 1e-6) {
+      below_mm_ = layer_top_mm_;
+      layer_top_mm_ = z_mm;
+    } else if (z_mm < layer_top_mm_ - 1e-6) {  // the next object
+      below_mm_ = 0;
+      layer_top_mm_ = z_mm;
+    }
+    if (height_mm_) return *height_mm_;
+    const double height = layer_top_mm_ - below_mm_;
+    const double usual = header_.layer_height_mm.value_or(0);
+    return height < 0.5 * usual ? usual : height;
+  }
+
+  static bool is_material(double volume_mm3, double length_mm) { return volume_mm3 > 0 && length_mm > 0; }
+
+  /// @param height_mm  of the bead
+  void lay_down(const Moments& s, double top_mm, double height_mm) {
+    PrintedFeature& feature = result_.features[feature_];
+    feature.s += s;
+    ++feature.beads;
+    if (!feature.of_body) return;
+    result_.bottom_mm = std::min(result_.bottom_mm, top_mm - height_mm);
+  }
+
+  /// A piece of a path for the outline.
+  void outline(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double width_mm, double height_mm) {
+    if (!perimeter_ || !result_.features[feature_].of_body) return;
+    if (!header_.has_layers && outline_height_mm_ > 0 && std::abs(to.z() - outline_top_mm_) > 1e-6) end_layer();
+    // Bridges are as thick as the nozzle is wide: the least is the layer's.
+    if (outline_height_mm_ == 0 || height_mm < outline_height_mm_) outline_height_mm_ = height_mm;
+    outline_top_mm_ = to.z();
+    outline_.add(from.head<2>(), to.head<2>(), width_mm);
+  }
+
+  void end_layer() {
+    outline_.end_layer(outline_top_mm_, outline_height_mm_, result_.layers);
+    outline_height_mm_ = 0;
+  }
+
+  void move(const GcodeLine& line) {
+    const Eigen::Vector3d from = at_ + origin_;
+    at_ = place_in(line);
+    const Eigen::Vector3d to = at_ + origin_;
+    const double volume = extruded_mm3(line);
+    const double length = (to - from).head<2>().norm();
+    if (!is_material(volume, length)) {
+      if (length > 0) outline_.end_path();
+      return;
+    }
+    const double height = height_at(to.z());
+    const double width = width_mm_.value_or(volume / (length * height));
+    lay_down(bead_moments(Bead{from, to, volume, width, height}), to.z(), height);
+    outline(from, to, width, height);
+  }
+
+  void arc(const GcodeLine& line) {
+    if (!bed_plane_) fail("it draws an arc that does not lie in the plane of the bed. Export the G-code without such arcs.");
+    const Eigen::Vector3d from = at_ + origin_;
+    at_ = place_in(line);
+    const Eigen::Vector3d to = at_ + origin_;
+    const double volume = extruded_mm3(line);
+    ArcBead bead;
+    bead.centre_mm = arc_centre(line, from.head<2>(), to.head<2>());
+    const Eigen::Vector2d a = from.head<2>() - bead.centre_mm;
+    const Eigen::Vector2d b = to.head<2>() - bead.centre_mm;
+    bead.radius_mm = a.norm();
+    bead.from_rad = std::atan2(a.y(), a.x());
+    double sweep = std::atan2(b.y(), b.x()) - bead.from_rad;
+    const double turn = 2 * std::numbers::pi;
+    // A start that is the end is a full circle.
+    if (line.code == 3)
+      while (sweep <= 1e-9) sweep += turn;
+    else
+      while (sweep >= -1e-9) sweep -= turn;
+    bead.sweep_rad = sweep;
+    if (!is_material(volume, bead.radius_mm)) {
+      outline_.end_path();
+      return;
+    }
+    bead.from_z_mm = from.z();
+    bead.to_z_mm = to.z();
+    bead.volume_mm3 = volume;
+    bead.height_mm = height_at(to.z());
+    bead.width_mm = width_mm_.value_or(volume / (bead.radius_mm * std::abs(sweep) * bead.height_mm));
+    lay_down(bead_moments(bead), to.z(), bead.height_mm);
+
+    const int pieces = static_cast<int>(std::ceil(std::abs(sweep) / 0.02));
+    Eigen::Vector3d before = from;
+    for (int n = 1; n <= pieces; ++n) {
+      const double angle = bead.from_rad + sweep * n / pieces;
+      Eigen::Vector3d next = to;
+      if (n < pieces) next.head<2>() = bead.centre_mm + bead.radius_mm * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+      outline(before, next, bead.width_mm, bead.height_mm);
+      before = next;
+    }
+  }
+
+  /// By I and J, from the start, or by R: negative for the longer way round.
+  Eigen::Vector2d arc_centre(const GcodeLine& line, const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
+    if (line['I'] || line['J']) return from + mm_ * Eigen::Vector2d(line['I'].value_or(0), line['J'].value_or(0));
+    const auto radius = line['R'];
+    if (!radius || *radius == 0 || from == to)
+      fail("an arc has neither a centre (I, J) nor a radius (R). Export the G-code again.");
+    const double R = *radius * mm_;
+    const Eigen::Vector2d d = to - from;
+    const double h2 = R * R - d.squaredNorm() / 4;
+    const double side = ((line.code == 3) == (R > 0) ? 1 : -1) * std::sqrt(std::max(0.0, h2)) / d.norm();
+    return 0.5 * (from + to) + side * Eigen::Vector2d(-d.y(), d.x());
+  }
+
+  void finish() {
+    std::erase_if(result_.features, [](const PrintedFeature& f) { return f.beads == 0; });
+    if (result_.features.empty())
+      fail_read(file_, "", "it lays down no material: no move extrudes. Is it the G-code of a printer?");
+    if (!header_.densities_g_cm3.empty()) result_.density_g_cm3 = header_.densities_g_cm3.front();
+    tell_filament();
+    if (usual_diameter_)
+      result_.notes.push_back(concat("The file does not say how thick the filament is: ", kUsualDiameterMm,
+                                     " mm is taken. If it is another, say --filament-diameter."));
+    if (!header_.has_features && result_.features.size() == 1)
+      result_.notes.push_back(
+          "The file does not say what is skirt, support or body: all that is extruded is taken for the body. Export it without "
+          "skirt and supports, or with comments.");
+    if (result_.objects.size() > 1)
+      result_.notes.push_back(concat("There are ", result_.objects.size(), " objects on the bed; they are taken as one body."));
+  }
+
+  void tell_filament() {
+    result_.told = header_.told;
+    double told_mm3 = 0;
+    for (std::size_t tool = 0; tool < header_.told_mm.size(); ++tool) {
+      const auto& diameters = header_.filament_diameters_mm;
+      const double d = options_.filament_diameter_mm.value_or(diameters.empty() ? kUsualDiameterMm
+                                                                                : diameters[std::min(tool, diameters.size() - 1)]);
+      told_mm3 += header_.told_mm[tool] * std::numbers::pi * d * d / 4;
+    }
+    if (told_mm3 > 0) result_.told_volume_mm3 = told_mm3;
+  }
+};
+
+}  // namespace
+
+Printed read_gcode(const FileBytes& file, const PrintedOptions& options) {
+  if (file.bytes.starts_with("GCDE"))
+    fail_read(file, "",
+              "it is binary G-code. Switch that off in the slicer (PrusaSlicer: Printer settings, 'Supports binary G-code') and "
+              "export it again.");
+  return GcodeReader(file, options).read();
+}
+
+}  // namespace rayrep::detail

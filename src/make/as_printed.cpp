@@ -1,0 +1,80 @@
+#include "make/as_printed.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace rayrep::detail {
+namespace {
+
+/// What another maker makes, as it will be printed as far as that is known.
+class PrintedMaker final : public Maker {
+public:
+  explicit PrintedMaker(Maker& inner) : inner_(inner) { measure(); }
+
+  /// @param more  that the print has than the mesh
+  void expect(const Moments& more) {
+    more_ = more;
+    measure();
+  }
+
+  void make(const Moments& q) override {
+    inner_.make(q);
+    measure();
+  }
+  void make_anew(const Moments& q) override {
+    inner_.make_anew(q);
+    measure();
+  }
+  bool refine() override { return inner_.refine(); }
+  bool adapted() const override { return inner_.adapted(); }
+  bool spoilt() const override { return inner_.spoilt(); }
+  const Moments& moments() const override { return moments_; }
+  Made made() const override {
+    kept_ = inner_.moments();
+    return inner_.made();
+  }
+
+  /// Of the mesh that was taken last.
+  const Moments& kept() const { return kept_; }
+
+private:
+  void measure() { moments_ = inner_.moments() + more_; }
+
+  Maker& inner_;
+  Moments more_ = Moments::Zero();
+  Moments moments_ = Moments::Zero();
+  mutable Moments kept_ = Moments::Zero();
+};
+
+}  // namespace
+
+Moments solve_as_printed(AsPrinted problem, const InteriorSolver& solver, Maker& maker, HollowResult& result,
+                         const Progress& progress) {
+  auto& [built, options] = problem;
+  PrintedMaker printed(maker);
+  HollowResult best;
+  Moments best_correction = built.start;
+  std::vector<HollowResult::Slice> slices;
+  double smallest = std::numeric_limits<double>::infinity();
+  for (int n = 0; n < options.max_slices; ++n) {
+    HollowResult now = result;
+    built.start = solve_as_built(built, solver, printed, now, progress);
+    progress.begin("slice");
+    const Moments s = moment_map(result.to_working) * options.as_printed(now.delivery.body());
+    const double error = built.error(s);
+    slices.push_back({s[M1] / printed.kept()[M1] - 1, error, s});
+    if (error < smallest) {
+      smallest = error;
+      best = std::move(now);
+      best.best_slice = slices.size() - 1;
+      best_correction = built.start;
+    }
+    if (smallest <= options.as_printed_tolerance) break;
+    printed.expect(s - printed.kept());
+  }
+  result = std::move(best);
+  result.slices = std::move(slices);
+  return best_correction;
+}
+
+}  // namespace rayrep::detail

@@ -1,0 +1,156 @@
+#include "rayrep/print/place_print.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "base/text.h"
+#include "rayrep/base/error.h"
+#include "rayrep/mesh/section.h"
+
+namespace rayrep {
+namespace {
+
+/// A layer of the print and the section of the mesh at its middle.
+struct Pair {
+  const PrintedLayer* print;
+  double area_mm2 = 0;
+  Eigen::Vector2d centroid_mm = Eigen::Vector2d::Zero();
+  Eigen::Vector2d size_mm = Eigen::Vector2d::Zero();
+};
+
+Pair section_like(const PrintedLayer& layer, const std::vector<SectionLoop>& loops) {
+  Pair pair{&layer};
+  Eigen::AlignedBox2d box;
+  for (const std::size_t n : outermost(loops)) {
+    const LoopMoments moments = loop_moments(loops[n]);
+    const double sign = moments.area_mm2 < 0 ? -1 : 1;
+    pair.area_mm2 += sign * moments.area_mm2;
+    pair.centroid_mm += sign * moments.moment_mm3;
+    for (const Eigen::Vector2d& p : loops[n]) box.extend(p);
+  }
+  if (pair.area_mm2 > 0) {
+    pair.centroid_mm /= pair.area_mm2;
+    pair.size_mm = box.sizes();
+  }
+  return pair;
+}
+
+struct Weighted {
+  double value;
+  double weight;
+};
+
+double median(std::vector<Weighted> all) {
+  std::sort(all.begin(), all.end(), [](const Weighted& a, const Weighted& b) { return a.value < b.value; });
+  double total = 0;
+  for (const Weighted& w : all) total += w.weight;
+  double sum = 0;
+  for (const Weighted& w : all)
+    if ((sum += w.weight) >= 0.5 * total) return w.value;
+  return 0;
+}
+
+template <class Value>
+double median_of(const std::vector<Pair>& pairs, const Value& value) {
+  std::vector<Weighted> all;
+  for (const Pair& pair : pairs) all.push_back({value(pair), pair.area_mm2});
+  return median(std::move(all));
+}
+
+/// By how much the print is turned, from the way its centroids run: the rotation that fits them best. None where they run straight
+/// up.
+std::optional<double> turn_seen(const std::vector<Pair>& pairs) {
+  double weight = 0;
+  Eigen::Vector2d print_mean = Eigen::Vector2d::Zero();
+  Eigen::Vector2d mesh_mean = Eigen::Vector2d::Zero();
+  for (const Pair& pair : pairs) {
+    weight += pair.area_mm2;
+    print_mean += pair.area_mm2 * pair.print->centroid_mm;
+    mesh_mean += pair.area_mm2 * pair.centroid_mm;
+  }
+  double along = 0;
+  double across = 0;
+  double spread = 0;
+  for (const Pair& pair : pairs) {
+    const Eigen::Vector2d a = pair.centroid_mm - mesh_mean / weight;
+    const Eigen::Vector2d b = pair.print->centroid_mm - print_mean / weight;
+    along += pair.area_mm2 * a.dot(b);
+    across += pair.area_mm2 * (a.x() * b.y() - a.y() * b.x());
+    spread += pair.area_mm2 * a.squaredNorm();
+  }
+  const double radius = std::hypot(along, across);
+  if (!(spread > 0.01 * weight) || radius < 0.9 * spread || radius > 1.1 * spread) return std::nullopt;
+  return std::atan2(across, along);
+}
+
+/// @param degrees  that the print was said to be turned by
+[[noreturn]] void refuse(const PrintPlacement& placed, const std::vector<Pair>& pairs, double degrees) {
+  constexpr double degree = std::numbers::pi / 180;
+  std::string why;
+  if (const auto turn = turn_seen(pairs); turn && std::abs(*turn) > degree)
+    why = concat(" It looks turned on the bed by ", number(*turn / degree + degrees, 0), " degrees: say --turned ",
+                 number(*turn / degree + degrees, 0), ", or slice the mesh without turning it.");
+  else
+    why = " Was another mesh sliced, or this one turned or scaled in the slicer? Slice it as it is, or say --turned and --size.";
+  throw Error(ErrorCode::input,
+              concat("The print does not look like the mesh: over ", placed.layers, " layers their outlines differ by ",
+                     number(100 * placed.area_error, 1), " % of the area, by ", number(placed.size_error_mm, 2),
+                     " mm in width or depth, and by ", number(placed.centre_error_mm, 2), " mm in their centres.", why));
+}
+
+}  // namespace
+
+PrintPlacement place_print(const Printed& printed, const Mesh& mesh, const PlacePrintOptions& options) {
+  Eigen::Affine3d to_bed = working_frame(mesh, options.print_direction);
+  to_bed = Eigen::AngleAxisd(options.turned_rad, Eigen::Vector3d::UnitZ()) * to_bed;
+  const Mesh standing = transformed(with_merged_vertices(mesh), to_bed);
+  const Eigen::AlignedBox3d box = bounding_box(standing);
+  const MeshSections sections(standing);
+
+  std::vector<Pair> pairs;
+  const double bottom_mm = std::isfinite(printed.bottom_mm) ? printed.bottom_mm : 0;
+  for (const PrintedLayer& layer : printed.layers) {
+    // The first is pressed to the bed, and slicers shrink it against that.
+    if (layer.z_mm - bottom_mm < layer.height_mm) continue;
+    pairs.push_back(section_like(layer, sections.at(layer.z_mm - bottom_mm)));
+  }
+  PrintPlacement placed;
+  placed.layers = pairs.size();
+  if (pairs.empty() && !options.centre_mm)
+    throw Error(ErrorCode::input,
+                "The print shows no closed outlines by which the mesh could be found in it. Say where on the bed the middle of the "
+                "mesh lies: --bed-center X,Y.");
+  Eigen::Vector2d shift = Eigen::Vector2d::Zero();
+  if (options.centre_mm)
+    shift = *options.centre_mm - box.center().head<2>();
+  else
+    for (int k = 0; k < 2; ++k)
+      shift[k] = median_of(pairs, [k](const Pair& pair) { return pair.print->centroid_mm[k] - pair.centroid_mm[k]; });
+
+  double print_area = 0;
+  double difference = 0;
+  double mesh_area = 0;
+  for (const Pair& pair : pairs) {
+    difference += std::abs(pair.print->area_mm2 - pair.area_mm2);
+    mesh_area += pair.area_mm2;
+    print_area += pair.print->area_mm2;
+  }
+  placed.to_mesh = (Eigen::Translation3d(shift.x(), shift.y(), bottom_mm) * to_bed).inverse(Eigen::Isometry);
+  if (pairs.empty()) return placed;
+  placed.area_error = difference / std::max(mesh_area, 1e-9 * print_area);
+  placed.size_error_mm =
+      median_of(pairs, [](const Pair& pair) { return (pair.print->size_mm - pair.size_mm).cwiseAbs().maxCoeff(); });
+  placed.centre_error_mm =
+      median_of(pairs, [&shift](const Pair& pair) { return (pair.print->centroid_mm - pair.centroid_mm - shift).norm(); });
+  constexpr double largest_area_error = 0.05;
+  constexpr double largest_error_mm = 0.5;
+  if (!(placed.area_error <= largest_area_error && placed.size_error_mm <= largest_error_mm &&
+        placed.centre_error_mm <= largest_error_mm))
+    refuse(placed, pairs, options.turned_rad * 180 / std::numbers::pi);
+  return placed;
+}
+
+}  // namespace rayrep

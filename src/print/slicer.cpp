@@ -1,0 +1,104 @@
+#include "rayrep/print/slicer.h"
+
+#include <Eigen/Geometry>
+#include <system_error>
+#include <vector>
+
+#include "base/text.h"
+#include "io/gcode_text.h"
+#include "io/mesh_io_detail.h"
+#include "print/child_process.h"
+#include "rayrep/base/error.h"
+
+namespace rayrep {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<double> numbers_in(std::string_view text, std::string_view separators) {
+  std::vector<double> numbers;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find_first_of(separators), text.size());
+    double value = 0;
+    if (parse_number(text.substr(0, end), value)) numbers.push_back(value);
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return numbers;
+}
+
+/// What went wrong, in words.
+[[noreturn]] void fail(const SlicerOptions& options, const detail::Ended& ended) {
+  const std::string said = ended.output.empty() ? "" : " It said: " + ended.output;
+  switch (ended.how) {
+    case detail::Ended::How::not_found:
+      throw Error(ErrorCode::usage, concat("There is no program '", options.program, "' that can be run (", ended.output,
+                                           "). Install it, or say where it is: --slicer /path/to/prusa-slicer."));
+    case detail::Ended::How::took_too_long:
+      throw Error(ErrorCode::solver,
+                  concat("'", options.program, "' took longer than ", options.time_limit_s, " s and was stopped.", said));
+    case detail::Ended::How::killed_by_signal:
+      throw Error(ErrorCode::solver, concat("'", options.program, "' was ended by signal ", ended.code, ".", said));
+    case detail::Ended::How::exited:
+      break;
+  }
+  throw Error(ErrorCode::solver,
+              concat("'", options.program, "' did not slice the mesh (exit code ", ended.code, ").", said,
+                     " Does the body fit the bed of the profile, and does the profile work in the slicer itself?"));
+}
+
+}  // namespace
+
+SlicerProfile read_slicer_profile(const fs::path& path) {
+  SlicerProfile profile;
+  if (path.empty()) return profile;
+  const std::string bytes = detail::load(path, {});
+  std::string_view rest = bytes;
+  while (!rest.empty()) {
+    const std::string_view line = detail::next_line(rest);
+    const auto value_of = [line](std::string_view key) -> std::optional<std::string_view> {
+      const auto behind = detail::after(line, key);
+      return behind && behind->starts_with('=') ? detail::after(*behind, "=") : std::nullopt;
+    };
+    if (const auto density = value_of("filament_density"))
+      if (const std::vector<double> all = numbers_in(*density, ",;"); !all.empty() && all[0] > 0) profile.density_g_cm3 = all[0];
+    if (const auto shape = value_of("bed_shape")) {
+      const std::vector<double> all = numbers_in(*shape, ",x");
+      Eigen::AlignedBox2d box;
+      for (std::size_t n = 0; n + 1 < all.size(); n += 2) box.extend(Eigen::Vector2d(all[n], all[n + 1]));
+      if (!box.isEmpty()) profile.bed_centre_mm = box.center();
+    }
+  }
+  return profile;
+}
+
+Sliced slice(const Mesh& mesh, const std::string& ending, const fs::path& gcode, const SlicerOptions& options,
+             const Progress& progress) {
+  const SlicerProfile profile = read_slicer_profile(options.profile);
+  const detail::TemporaryFolder folder;
+  const fs::path model = folder.path() / ("body" + ending);
+  const fs::path laid_down = folder.path() / "body.gcode";
+  const Eigen::Matrix3d upright = up_to_z(options.print_direction);
+  write_mesh(model, upright.isIdentity() ? mesh : transformed(mesh, Eigen::Affine3d(upright)));
+
+  detail::Command command{options.program, {"--export-gcode"}, folder.path(), options.time_limit_s};
+  auto& words = command.arguments;
+  if (!options.profile.empty()) words.insert(words.end(), {"--load", fs::absolute(options.profile).string()});
+  const Eigen::Vector2d& centre = profile.bed_centre_mm;
+  words.insert(words.end(),
+               {"--fill-density", "100%", "--fill-pattern", "rectilinear", "--support-material-buildplate-only", "--center",
+                shown(centre.x(), 9) + "," + shown(centre.y(), 9), "--output", laid_down.string(), model.string()});
+  const detail::Ended ended = detail::run_program(command, progress);
+  std::error_code error;
+  if (ended.how != detail::Ended::How::exited || ended.code != 0 || !fs::exists(laid_down, error)) fail(options, ended);
+
+  progress.check();
+  Sliced sliced;
+  sliced.printed = read_printed(laid_down);
+  sliced.placed = place_print(sliced.printed, mesh, {options.print_direction, 0, centre});
+  sliced.s = moment_map(sliced.placed.to_mesh) * sliced.printed.body();
+  fs::copy_file(laid_down, gcode, fs::copy_options::overwrite_existing, error);
+  if (error) throw Error(ErrorCode::write, concat("Cannot write '", gcode.string(), "': ", error.message(), "."));
+  return sliced;
+}
+
+}  // namespace rayrep

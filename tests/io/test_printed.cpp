@@ -1,0 +1,155 @@
+// What G-code lays down: small files by hand, in the dialects of slicers.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <numbers>
+
+#include "rayrep/base/error.h"
+#include "rayrep/io/printed.h"
+#include "rayrep/physics/bead.h"
+#include "solids.h"
+
+namespace rayrep::test {
+namespace {
+
+constexpr double kFilamentMm2 = std::numbers::pi * 1.75 * 1.75 / 4;
+
+Printed read(const std::string& text, const PrintedOptions& options = {}) {
+  const auto path = own_file("print.gcode");
+  std::ofstream(path, std::ios::binary) << text;
+  return read_printed(path, options);
+}
+
+double off(const Moments& a, const Moments& b) { return (a - b).cwiseAbs().maxCoeff() / b.cwiseAbs().maxCoeff(); }
+
+/// A square of side 20 about (100, 100) in one layer, as each way of writing it says: start, then four moves that extrude 1 mm
+/// each.
+Moments square() {
+  Moments s = Moments::Zero();
+  const Eigen::Vector3d corners[] = {{90, 90, 0.2}, {110, 90, 0.2}, {110, 110, 0.2}, {90, 110, 0.2}};
+  for (int k = 0; k < 4; ++k) s += bead_moments(Bead{corners[k], corners[(k + 1) % 4], kFilamentMm2, 0.45, 0.2});
+  return s;
+}
+
+const std::string kHead = ";TYPE:External perimeter\n;WIDTH:0.45\n;HEIGHT:0.2\n";
+
+TEST(Printed, WaysToWriteTheSameMoves) {
+  const std::string ways[] = {
+      "G21\nG90\nM83\n" + kHead + "G1 X90 Y90 Z.2 F3000\nG1 X110 E1\nG1 Y110 E1\nG1 X90 E1\nG1 Y90 E1\n",
+      "G21\nG90\nM82\nG92 E5\n" + kHead + "G0 X90 Y90 Z0.2\nG1 X110 E6\nG1 Y110 E7\nG92 E0\nG1 X90 E1\nG1 Y90 E2\n",
+      "G91\n" + kHead + "G1 X90 Y90 Z0.2\nG1 X20 E1\nG1 Y20 E1\nG1 X-20 E1\nG1 Y-20 E1\n",
+      "G90\nM83\r\n" + kHead +
+          "N1 G1X90Y90Z0.2*12\r\nn2 g1 x110 e1 (along x)\r\nN3 G1 Y110 E1 ; up\r\nN4 G01 X90 E1\r\nG1 Y90 E1\r\n",
+      "G20\nG90\nM83\n" + kHead +
+          "G1 X3.543307086614173 Y3.543307086614173 Z0.007874015748031496\nG1 X4.330708661417323 E0.03937007874015748\nG1 "
+          "Y4.330708661417323 E0.03937007874015748\nG1 X3.543307086614173 E0.03937007874015748\nG1 Y3.543307086614173 "
+          "E0.03937007874015748\n",
+      // Twice the flow, half the feed; retractions, and what is extruded standing still, lay down nothing.
+      "G90\nM83\nM221 S200\n" + kHead +
+          "G1 X90 Y90 Z0.2\nG1 X110 E.5\nG1 E-2\nG1 E2.5\nG1 Y110 E.5\nG1 X90 E.5\nG1 Y90 E.5\nG1 X80 E-.4\n",
+      // The place has another name.
+      "G90\nM83\nG1 X10 Y10 Z1\nG92 X0 Y0 Z0\n" + kHead + "G1 X80 Y80 Z-.8\nG1 X100 E1\nG1 Y100 E1\nG1 X80 E1\nG1 Y80 E1\n",
+      // E as a volume.
+      "; use_volumetric_e = 1\nG90\nM83\n" + kHead +
+          "G1 X90 Y90 Z0.2\nG1 X110 E2.405281875404685\nG1 Y110 E2.405281875404685\nG1 X90 E2.405281875404685\nG1 Y90 "
+          "E2.405281875404685\n",
+      "M200 D1.75\nG90\nM83\n" + kHead +
+          "G1 X90 Y90 Z0.2\nG1 X110 E2.405281875404685\nG1 Y110 E2.405281875404685\nG1 X90 E2.405281875404685\nG1 Y90 "
+          "E2.405281875404685\n",
+      // Bambu Studio's comments.
+      "; filament_diameter = 1.75\nG90\nM83\n; FEATURE: Outer wall\n; LINE_WIDTH: 0.45\n; LAYER_HEIGHT: 0.2\nG1 X90 Y90 Z0.2\nG1 "
+      "X110 "
+      "E1\nG1 Y110 E1\nG1 X90 E1\nG1 Y90 E1\n",
+  };
+  for (const std::string& way : ways) {
+    SCOPED_TRACE(way);
+    const Printed printed = read(way);
+    EXPECT_LT(off(printed.body(), square()), 1e-12);
+    ASSERT_EQ(printed.layers.size(), 1U);
+    EXPECT_NEAR(printed.layers[0].z_mm, 0.1, 1e-9);
+    EXPECT_NEAR(printed.layers[0].height_mm, 0.2, 1e-12);
+    // Round the corners the outline is round.
+    EXPECT_NEAR(printed.layers[0].area_mm2, 20 * 20 + 4 * 20 * 0.225 + std::numbers::pi * 0.225 * 0.225, 1e-9);
+    EXPECT_NEAR((printed.layers[0].centroid_mm - Eigen::Vector2d(100, 100)).norm(), 0, 1e-9);
+  }
+}
+
+TEST(Printed, WidthIsWhatTheVolumeMakesOfIt) {
+  const Printed printed = read(";TYPE:WALL-OUTER\nG90\nM83\nG1 X0 Y0 Z0.3\nG1 X10 E1\nG1 Z0.5\nG1 X0 E0.5\n");
+  const Moments expected = bead_moments(Bead{{0, 0, 0.3}, {10, 0, 0.3}, kFilamentMm2, kFilamentMm2 / 3, 0.3}) +
+                           bead_moments(Bead{{10, 0, 0.5}, {0, 0, 0.5}, kFilamentMm2 / 2, kFilamentMm2 / 4, 0.2});
+  EXPECT_LT(off(printed.body(), expected), 1e-12);
+}
+
+TEST(Printed, ArcsByCentreAndByRadiusAreOneArc) {
+  const std::string head = "G90\nM83\n" + kHead + "G1 X10 Y0 Z0.2\n";
+  const Moments quarter = bead_moments(ArcBead{{0, 0}, 10, 0, std::numbers::pi / 2, 0.2, 0.2, kFilamentMm2, 0.45, 0.2});
+  EXPECT_LT(off(read(head + "G3 X0 Y10 I-10 J0 E1\n").body(), quarter), 1e-12);
+  EXPECT_LT(off(read(head + "G3 X0 Y10 R10 E1\n").body(), quarter), 1e-12);
+  const Moments rest = bead_moments(ArcBead{{0, 0}, 10, 0, -1.5 * std::numbers::pi, 0.2, 0.2, kFilamentMm2, 0.45, 0.2});
+  EXPECT_LT(off(read(head + "G2 X0 Y10 I-10 E1\n").body(), rest), 1e-12);
+  EXPECT_LT(off(read(head + "G2 X0 Y10 R-10 E1\n").body(), rest), 1e-12);
+  const Moments circle = bead_moments(ArcBead{{0, 0}, 10, 0, 2 * std::numbers::pi, 0.2, 0.2, kFilamentMm2, 0.45, 0.2});
+  const Printed full = read(head + "G3 I-10 E1\n");
+  EXPECT_LT(off(full.body(), circle), 1e-12);
+  ASSERT_EQ(full.layers.size(), 1U);
+  EXPECT_NEAR(full.layers[0].area_mm2, std::numbers::pi * 10.225 * 10.225, 0.03);
+}
+
+TEST(Printed, WhatIsNotOfTheBodyIsListedAndNotCounted) {
+  const auto one = [](const char* feature, int y) {
+    return std::string(";TYPE:") + feature + "\n;WIDTH:0.45\n;HEIGHT:0.2\nG1 X0 Y" + std::to_string(y) + " Z0.2\nG1 X10 E1\n";
+  };
+  std::string text = "G90\nM83\nG1 X0 Y-5 Z0.2\nG1 X50 E3 ; purge line\n";
+  int y = 0;
+  for (const char* feature :
+       {"Skirt/Brim", "SKIRT", "Support material", "SUPPORT-INTERFACE", "Wipe tower", "PRIME-TOWER", "Custom"})
+    text += one(feature, ++y);
+  for (const char* feature : {"Perimeter", "WALL-OUTER", "Internal infill", "FILL", "SKIN", "Gap fill", "Ironing"})
+    text += one(feature, ++y);
+  const Printed printed = read(text);
+  EXPECT_NEAR(printed.body()[M1], 7 * kFilamentMm2, 1e-12);
+  EXPECT_NEAR(printed.volume_mm3(), 17 * kFilamentMm2, 1e-12);
+  EXPECT_EQ(printed.features.size(), 15U);
+}
+
+TEST(Printed, ToolsHaveTheirOwnFilament) {
+  const Printed printed = read(
+      "; filament_diameter = 1.75,2.85\nG90\nM83\n;TYPE:Perimeter\n;WIDTH:0.4\n;HEIGHT:0.2\nT0\nG1 X0 Y0 Z0.2\nG1 X10 E1\nT1\nG1 "
+      "X20 "
+      "E1\n");
+  EXPECT_NEAR(printed.body()[M1], kFilamentMm2 + std::numbers::pi * 2.85 * 2.85 / 4, 1e-12);
+}
+
+TEST(Printed, OnlyTheOutermostLoopsAreTheOutline) {
+  const auto square = [](double half) {
+    const std::string p = std::to_string(100 + half), m = std::to_string(100 - half);
+    return "G1 X" + m + " Y" + m + "\nG1 X" + p + " E1\nG1 Y" + p + " E1\nG1 X" + m + " E1\nG1 Y" + m + " E1\n";
+  };
+  const Printed printed =
+      read("G90\nM83\n" + kHead + "G1 Z0.2\n" + square(4) + square(9) + square(10) + ";TYPE:Skirt\n" + square(20));
+  ASSERT_EQ(printed.layers.size(), 1U);
+  EXPECT_NEAR(printed.layers[0].size_mm.x(), 20.45, 1e-9);
+}
+
+TEST(Printed, RefusalsNameTheLine) {
+  const auto refusal = [](const std::string& text) -> std::string {
+    try {
+      read(text);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::input);
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_TRUE(mentions(refusal("G90\nG1 X1..2 E1\n"), {"line 2", "number"}));
+  EXPECT_TRUE(mentions(refusal("G5 X1 Y1 I0 J1 P0 Q1 E1\n"), {"line 1", "spline"}));
+  EXPECT_TRUE(mentions(refusal("G18\nG2 X1 Z1 I1 E1\n"), {"line 2", "plane"}));
+  EXPECT_TRUE(mentions(refusal("G2 X1 Y1 E1\n"), {"line 1", "centre"}));
+  EXPECT_TRUE(mentions(refusal("G28\nM104 S200\n"), {"no material"}));
+  EXPECT_TRUE(mentions(refusal("GCDE\1\2\3"), {"binary"}));
+}
+
+}  // namespace
+}  // namespace rayrep::test

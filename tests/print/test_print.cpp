@@ -1,0 +1,153 @@
+// Where in a print the mesh is, and slicers as programs.
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+
+#include "rayrep/base/error.h"
+#include "rayrep/mesh/section.h"
+#include "rayrep/print/place_print.h"
+#include "rayrep/print/slicer.h"
+#include "solids.h"
+
+namespace rayrep::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The outlines that a perfect printer would lay down of a mesh.
+Printed outlines_of(const Mesh& mesh, double layer_mm) {
+  Printed printed;
+  printed.bottom_mm = bounding_box(mesh).min().z();
+  for (double z = printed.bottom_mm + layer_mm / 2; z < bounding_box(mesh).max().z(); z += layer_mm) {
+    PrintedLayer layer;
+    layer.z_mm = z;
+    layer.height_mm = layer_mm;
+    Eigen::AlignedBox2d box;
+    const auto loops = section(mesh, z);
+    for (const std::size_t n : outermost(loops)) {
+      const LoopMoments moments = loop_moments(loops[n]);
+      layer.area_mm2 += moments.area_mm2;
+      layer.centroid_mm += moments.moment_mm3;
+      for (const Eigen::Vector2d& p : loops[n]) box.extend(p);
+    }
+    if (!(layer.area_mm2 > 0)) continue;
+    layer.centroid_mm /= layer.area_mm2;
+    layer.size_mm = box.sizes();
+    printed.layers.push_back(layer);
+  }
+  return printed;
+}
+
+/// Leans, so that its centroids tell how it is turned.
+Mesh leaning() { return rotated(uv_ellipsoid(20, 12, 9, 30), random_rotation(5)); }
+
+TEST(PlacePrint, FindsTheMeshWhereItWasPut) {
+  const Mesh mesh = moved(leaning(), {3, -2, 7});
+  const Eigen::Vector3d to(101.5, 88.25, -bounding_box(mesh).min().z());
+  const PrintPlacement placed = place_print(outlines_of(moved(mesh, to), 0.2), mesh);
+  EXPECT_NEAR((placed.to_mesh.translation() + to).norm(), 0, 1e-9);
+  EXPECT_LT(placed.area_error, 1e-9);
+  EXPECT_GT(placed.layers, 50U);
+}
+
+TEST(PlacePrint, AMeshPrintedOnItsSideAndTurnedIsFoundWhenThatIsSaid) {
+  const Mesh mesh = leaning();
+  const Eigen::Vector3d direction = Eigen::Vector3d(1, 2, -0.5).normalized();
+  const double turn = 0.6;
+  Mesh bed = rotated(mesh, Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()) * up_to_z(direction));
+  bed = moved(bed, {100, 90, -bounding_box(bed).min().z()});
+  const PrintPlacement placed = place_print(outlines_of(bed, 0.2), mesh, {direction, turn, {}});
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    ASSERT_NEAR((placed.to_mesh * bed.vertices[v] - mesh.vertices[v]).norm(), 0, 1e-6);
+}
+
+std::string refusal(const Printed& printed, const Mesh& mesh) {
+  try {
+    place_print(printed, mesh);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::input);
+    return error.what();
+  }
+  return "";
+}
+
+TEST(PlacePrint, AnotherBodyIsRefused) {
+  const Mesh mesh = leaning();
+  const double degrees = std::numbers::pi / 180;
+  const auto turned = rotated(mesh, Eigen::AngleAxisd(90 * degrees, Eigen::Vector3d::UnitZ()).toRotationMatrix());
+  EXPECT_TRUE(mentions(refusal(outlines_of(turned, 0.2), mesh), {"turned", "--turned 90"}));
+  EXPECT_TRUE(mentions(refusal(outlines_of(scaled(mesh, 1.1), 0.2), mesh), {"does not look like"}));
+  EXPECT_TRUE(mentions(refusal(Printed{}, mesh), {"--bed-center"}));
+}
+
+/// A program that behaves like a slicer in some way.
+fs::path script(const std::string& name, const std::string& text) {
+  const fs::path path = own_file(name);
+  std::ofstream(path) << "#!/bin/sh\n" << text;
+  fs::permissions(path, fs::perms::owner_all);
+  return path;
+}
+
+std::string slice_refusal(const SlicerOptions& options, ErrorCode code, const Progress& progress = {}) {
+  try {
+    slice(box({0, 0, 0}, {10, 10, 10}), ".stl", own_file("out.gcode"), options, progress);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), code);
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Slicer, FailuresSayWhatHappened) {
+  EXPECT_TRUE(mentions(slice_refusal({.program = "no-such-slicer"}, ErrorCode::usage), {"no-such-slicer", "--slicer"}));
+  EXPECT_TRUE(mentions(slice_refusal({.program = script("fails", "echo 'bed too small' >&2; exit 3\n")}, ErrorCode::solver),
+                       {"bed too small", "exit code 3"}));
+  EXPECT_TRUE(mentions(slice_refusal({.program = script("nothing", "exit 0\n")}, ErrorCode::solver), {"did not slice"}));
+  EXPECT_TRUE(mentions(slice_refusal({.program = script("dies", "kill -9 $$\n")}, ErrorCode::solver), {"signal 9"}));
+  EXPECT_TRUE(mentions(slice_refusal({.program = "true", .profile = "no-such.ini"}, ErrorCode::input), {"no-such.ini"}));
+}
+
+TEST(Slicer, IsKilledWithItsChildrenWhenItTakesTooLongOrIsCancelled) {
+  const fs::path mark = own_file("still-alive");
+  fs::remove(mark);
+  const fs::path slow = script("slow", "(sleep 2; touch '" + mark.string() + "') &\nwait\n");
+  EXPECT_TRUE(mentions(slice_refusal({.program = slow, .time_limit_s = 0.2}, ErrorCode::solver), {"took longer", "stopped"}));
+  std::atomic<int> asked = 0;
+  Progress cancelling;
+  cancelling.cancelled = [&asked] { return ++asked > 5; };
+  slice_refusal({.program = slow}, ErrorCode::interrupted, cancelling);
+  ASSERT_EQ(std::system("sleep 2.5"), 0);
+  EXPECT_FALSE(fs::exists(mark));
+}
+
+TEST(Slicer, ProfilesTellDensityAndBed) {
+  const fs::path path = own_file("profile.ini");
+  std::ofstream(path)
+      << "# generated\nfilament_density = 1.27,1.24\nbed_shape = -60x-50,60x-50,60x70,-60x70\nfilament_densityx = 3\n";
+  const SlicerProfile profile = read_slicer_profile(path);
+  EXPECT_EQ(profile.density_g_cm3, 1.27);
+  EXPECT_EQ(profile.bed_centre_mm, Eigen::Vector2d(0, 10));
+  EXPECT_FALSE(read_slicer_profile({}).density_g_cm3.has_value());
+}
+
+/// The real one: what it lays down of a solid is the solid, to a percent.
+TEST(Slicer, PrusaSlicerPrintsTheSolid) {
+  if (std::system("command -v prusa-slicer > /dev/null 2>&1") != 0) GTEST_SKIP() << "prusa-slicer is not installed";
+  const Mesh mesh = moved(uv_ellipsoid(15, 12, 10, 60), {3, 4, 5});
+  const Sliced sliced = slice(mesh, ".stl", own_file("solid.gcode"), {.program = "prusa-slicer"});
+  ASSERT_TRUE(sliced.printed.told_volume_mm3);
+  EXPECT_NEAR(sliced.printed.volume_mm3() / *sliced.printed.told_volume_mm3, 1, 1e-5);
+  const Moments solid = mesh_moments(mesh);
+  EXPECT_NEAR(sliced.s[M1] / solid[M1], 1, 0.03);
+  EXPECT_NEAR((sliced.s.segment<3>(MX) / sliced.s[M1] - solid.segment<3>(MX) / solid[M1]).norm(), 0, 0.1);
+  // By its outlines it is found where it was told to be.
+  const PrintPlacement found = place_print(sliced.printed, mesh);
+  EXPECT_NEAR((found.to_mesh.translation() - sliced.placed.to_mesh.translation()).norm(), 0, 0.02);
+}
+
+}  // namespace
+}  // namespace rayrep::test

@@ -1,0 +1,78 @@
+#include "measure.h"
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+
+namespace rayrep::tool {
+
+Measurement measured(const Options& options, const Mesh* mesh, const std::string& mesh_name) {
+  Measurement result;
+  result.path = options.input.string();
+  result.printed = read_printed(options.input, options.printed);
+  const Printed& printed = result.printed;
+  result.density_told = !options.density_given && printed.density_g_cm3.has_value();
+  const Print& print = options.command == Command::verify ? print_of(options.spec) : options.print;
+  result.density_g_cm3 = result.density_told ? *printed.density_g_cm3 : print.density_g_cm3;
+  Moments s = printed.body();
+  if (!(s[M1] > 0))
+    throw Error(ErrorCode::input, result.path +
+                                      ": nothing of it becomes part of the body: all that is extruded is skirt, brim, "
+                                      "support, wipe tower, or start and end code.");
+  if (mesh) {
+    PlacePrintOptions placing = options.placing;
+    placing.turned_rad = options.turned_deg * std::numbers::pi / 180;
+    result.placed = place_print(printed, *mesh, placing);
+    result.mesh = mesh_name;
+    s = moment_map(result.placed->to_mesh) * s;
+  }
+  result.body = mass_properties(s, result.density_g_cm3);
+  return result;
+}
+
+SlicedBodies::SlicedBodies(const Options& options, const Progress& progress) : options_(options), progress_(progress) {
+  std::error_code error;
+  std::string name = (std::filesystem::temp_directory_path(error) / "rayrep-XXXXXX").string();
+  if (error || ::mkdtemp(name.data()) == nullptr)
+    throw Error(ErrorCode::write, "Cannot make a temporary folder '" + name + "' for the slicer.");
+  folder_ = name;
+}
+
+SlicedBodies::~SlicedBodies() {
+  std::error_code ignored;
+  std::filesystem::remove_all(folder_, ignored);
+}
+
+std::filesystem::path SlicedBodies::gcode(std::size_t n) const { return folder_ / (std::to_string(n) + ".gcode"); }
+
+Moments SlicedBodies::slice(const Mesh& body) {
+  std::string ending = options_.output.extension().string();
+  if (ending == ".ply") ending = ".obj";  // which keeps doubles, too, and is read by slicers
+  return rayrep::slice(body, ending, gcode(count_++), options_.slicer, progress_).s;
+}
+
+Verdict SlicedBodies::judged(const Mesh& delivered, const Mesh& original, RunReport& report, const Progress& progress) const {
+  const Spec& spec = report.hollow->spec;
+  Measurement& print = report.print.emplace();
+  print.path = options_.gcode.string();
+  print.printed = read_printed(gcode(report.hollow->best_slice));
+  print.density_g_cm3 = print_of(spec).density_g_cm3;
+  print.placed = place_print(print.printed, delivered,
+                             {options_.slicer.print_direction, 0, read_slicer_profile(options_.slicer.profile).bed_centre_mm});
+  print.mesh = options_.output.string();
+  const Moments s = moment_map(print.placed->to_mesh) * print.printed.body();
+  print.body = mass_properties(s, print.density_g_cm3);
+  return verify(PrintedMesh{delivered, s}, original, spec, {}, progress);
+}
+
+void SlicedBodies::deliver(std::size_t n) const {
+  std::ifstream in(gcode(n), std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  write_text_file(options_.gcode, text.str());
+}
+
+}  // namespace rayrep::tool
