@@ -16,6 +16,9 @@ namespace rayrep::detail {
 namespace {
 
 constexpr double kUsualDiameterMm = 1.75;
+constexpr double kOtherDiameterMm = 2.85;
+/// Beads are as wide as the nozzle or wider, and nozzles of less than that are hardly used.
+constexpr double kNarrowestBeadMm = 0.2;
 constexpr const char* kStartCode = "start and end code";
 
 /// Follows the nozzle and adds up what it lays down.
@@ -47,6 +50,9 @@ public:
     return std::move(result_);
   }
 
+  /// The file does not say how thick the filament is, and the usual one makes no beads that a nozzle could lay.
+  bool thicker_filament() const { return usual_diameter_ && laid_down_mm3_ < kNarrowestBeadMm * laid_down_mm2_; }
+
 private:
   const FileBytes& file_;
   const PrintedOptions& options_;
@@ -77,6 +83,8 @@ private:
   double outline_top_mm_ = 0;
   double outline_height_mm_ = 0;
   bool usual_diameter_ = false;
+  double laid_down_mm3_ = 0;  // of the body
+  double laid_down_mm2_ = 0;  // of its beads' sides: length times height
 
   [[noreturn]] void fail(const std::string& what) const { fail_read(file_, concat("line ", line_), what); }
 
@@ -236,11 +244,13 @@ private:
   static bool is_material(double volume_mm3, double length_mm) { return volume_mm3 > 0 && length_mm > 0; }
 
   /// @param height_mm  of the bead
-  void lay_down(const Moments& s, double top_mm, double height_mm) {
+  void lay_down(const Moments& s, double length_mm, double top_mm, double height_mm) {
     PrintedFeature& feature = result_.features[feature_];
     feature.s += s;
     ++feature.beads;
     if (!feature.of_body) return;
+    laid_down_mm3_ += s[M1];
+    laid_down_mm2_ += length_mm * height_mm;
     result_.bottom_mm = std::min(result_.bottom_mm, top_mm - height_mm);
   }
 
@@ -271,7 +281,7 @@ private:
     }
     const double height = height_at(to.z());
     const double width = width_mm_.value_or(volume / (length * height));
-    lay_down(bead_moments(Bead{from, to, volume, width, height}), to.z(), height);
+    lay_down(bead_moments(Bead{from, to, volume, width, height}), length, to.z(), height);
     outline(from, to, width, height);
   }
 
@@ -304,7 +314,7 @@ private:
     bead.volume_mm3 = volume;
     bead.height_mm = height_at(to.z());
     bead.width_mm = width_mm_.value_or(volume / (bead.radius_mm * std::abs(sweep) * bead.height_mm));
-    lay_down(bead_moments(bead), to.z(), bead.height_mm);
+    lay_down(bead_moments(bead), bead.radius_mm * std::abs(sweep), to.z(), bead.height_mm);
 
     const int pieces = static_cast<int>(std::ceil(std::abs(sweep) / 0.02));
     Eigen::Vector3d before = from;
@@ -367,7 +377,16 @@ Printed read_gcode(const FileBytes& file, const PrintedOptions& options) {
     fail_read(file, "",
               "it is binary G-code. Switch that off in the slicer (PrusaSlicer: Printer settings, 'Supports binary G-code') and "
               "export it again.");
-  return GcodeReader(file, options).read();
+  GcodeReader reader(file, options);
+  Printed printed = reader.read();
+  if (!reader.thicker_filament()) return printed;
+  PrintedOptions thicker = options;
+  thicker.filament_diameter_mm = kOtherDiameterMm;
+  printed = GcodeReader(file, thicker).read();
+  printed.notes.push_back(concat("The file does not say how thick the filament is: ", kOtherDiameterMm, " mm is taken, as with ",
+                                 kUsualDiameterMm, " mm its beads would be narrower than ", kNarrowestBeadMm,
+                                 " mm. If it is another, say --filament-diameter."));
+  return printed;
 }
 
 }  // namespace rayrep::detail

@@ -82,8 +82,23 @@ TEST(Printed, WidthIsWhatTheVolumeMakesOfIt) {
   EXPECT_LT(off(printed.body(), expected), 1e-12);
 }
 
+TEST(Printed, ThickFilamentIsSeenByItsBeads) {
+  // 0.4 mm wide and 0.2 mm high.
+  const auto text = [](double diameter) {
+    const double E = 10 * 0.4 * 0.2 / (std::numbers::pi * diameter * diameter / 4);
+    return ";TYPE:FILL\nG90\nM83\nG1 X0 Y0 Z0.2\nG1 X10 E" + std::to_string(E) + "\n";
+  };
+  for (const double diameter : {1.75, 2.85}) {
+    const Printed printed = read(text(diameter));
+    EXPECT_NEAR(printed.body()[M1], 0.8, 1e-4);
+    ASSERT_EQ(printed.notes.size(), 1U);
+    EXPECT_TRUE(mentions(printed.notes[0], {diameter == 1.75 ? "1.75 mm is taken" : "2.85 mm is taken", "--filament-diameter"}));
+  }
+  EXPECT_NEAR(read(text(2.85), {{}, 1.75}).body()[M1], 0.8 * 1.75 * 1.75 / 2.85 / 2.85, 1e-4);
+}
+
 TEST(Printed, ArcsByCentreAndByRadiusAreOneArc) {
-  const std::string head = "G90\nM83\n" + kHead + "G1 X10 Y0 Z0.2\n";
+  const std::string head = "; filament_diameter = 1.75\nG90\nM83\n" + kHead + "G1 X10 Y0 Z0.2\n";
   const Moments quarter = bead_moments(ArcBead{{0, 0}, 10, 0, std::numbers::pi / 2, 0.2, 0.2, kFilamentMm2, 0.45, 0.2});
   EXPECT_LT(off(read(head + "G3 X0 Y10 I-10 J0 E1\n").body(), quarter), 1e-12);
   EXPECT_LT(off(read(head + "G3 X0 Y10 R10 E1\n").body(), quarter), 1e-12);

@@ -27,9 +27,8 @@ struct PrintPlacement {
 /// centroids of the layers' outlines (outermost loops, filled) lie over those of the mesh's sections: by the median of all layers
 /// but the first, weighted with their areas. theory.md (44)
 /// @param mesh  what was sliced or has the same outside; closed
-/// @throws Error{input} with figures when the outlines are not those of the mesh: turned (by how much, if that can be seen),
-/// scaled,
-///         another one; or when the print has no outlines and no centre is given
+/// @throws Error{input} with figures when the outlines are not those of the mesh (turned: by how much, if that can be seen; scaled;
+///         another one), or when the print has no outlines and no centre is given
 PrintPlacement place_print(const Printed& printed, const Mesh& mesh, const PlacePrintOptions& options = {});
 
 }  // namespace rayrep
