@@ -158,7 +158,7 @@ std::string making_text(const HollowResult& hollow) {
 std::string slices_text(const HollowResult& hollow) {
   std::string text;
   for (std::size_t n = 0; n < hollow.slices.size(); ++n)
-    text += format("  slice %zu: laid down %+.3f %% of the mesh, off by %.1e of mass or diagonal%s\n", n + 1,
+    text += format("  slice %zu: lays down %+.3f %% of the mesh, off by %.1e of mass or diagonal%s\n", n + 1,
                    100 * hollow.slices[n].excess, hollow.slices[n].error, n == hollow.best_slice ? " (delivered)" : "");
   if (hollow.gave_way)
     text += "  note: slices jump by whole layers, past the waterline that was found: it is now that of the print\n";
@@ -234,6 +234,8 @@ std::string printing_text(const RunReport& report) {
   std::string text = "To print: ";
   if (report.print) {
     text += report.print->path + " as it is: it is what was judged, and another profile prints something else";
+  } else if (!hollow.slices.empty()) {
+    text += "with the profile it was sliced with before";
   } else if (print.liquid_g_cm3 > 0) {
     text += "solid, not hollowed again by the slicer";
     if (hollow.cavities > 0)

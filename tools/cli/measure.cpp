@@ -29,11 +29,22 @@ Measurement measured(const Options& options, const Mesh* mesh, const std::string
     result.mesh = mesh_name;
     s = moment_map(result.placed->to_mesh) * s;
   }
+  if (options.measured_mass_g) {
+    result.density_told = false;
+    result.density_g_cm3 = *options.measured_mass_g / (1e-3 * s[M1]);
+  }
   result.body = mass_properties(s, result.density_g_cm3);
   return result;
 }
 
 SlicedBodies::SlicedBodies(const Options& options, const Progress& progress) : options_(options), progress_(progress) {
+  if (by_hand()) {
+    const Mesh mesh = read_mesh(options.sliced_mesh).mesh;
+    const Printed printed = read_printed(options.as_sliced, options.printed);
+    const PrintPlacement placed = place_print(printed, mesh, {options.slicer.print_direction, 0, {}});
+    excess_ = moment_map(placed.to_mesh) * printed.body() - moments_of(mesh);
+    return;
+  }
   std::error_code error;
   std::string name = (std::filesystem::temp_directory_path(error) / "rayrep-XXXXXX").string();
   if (error || ::mkdtemp(name.data()) == nullptr)
@@ -43,32 +54,42 @@ SlicedBodies::SlicedBodies(const Options& options, const Progress& progress) : o
 
 SlicedBodies::~SlicedBodies() {
   std::error_code ignored;
-  std::filesystem::remove_all(folder_, ignored);
+  if (!folder_.empty()) std::filesystem::remove_all(folder_, ignored);
 }
 
 std::filesystem::path SlicedBodies::gcode(std::size_t n) const { return folder_ / (std::to_string(n) + ".gcode"); }
 
+Moments SlicedBodies::moments_of(const Mesh& mesh) const { return mesh_moments(boundary_of_union(mesh, progress_)); }
+
 Moments SlicedBodies::slice(const Mesh& body) {
+  if (by_hand()) return moments_of(body) + excess_;
   std::string ending = options_.output.extension().string();
   if (ending == ".ply") ending = ".obj";  // which keeps doubles, too, and is read by slicers
   return rayrep::slice(body, ending, gcode(count_++), options_.slicer, progress_).s;
 }
 
 Verdict SlicedBodies::judged(const Mesh& delivered, const Mesh& original, RunReport& report, const Progress& progress) const {
-  const Spec& spec = report.hollow->spec;
+  const HollowResult& hollow = *report.hollow;
+  if (by_hand()) {
+    Verdict verdict = verify(PrintedMesh{delivered, moments_of(delivered) + excess_}, original, hollow.spec, {}, progress);
+    verdict.notes.push_back("The figures are those of the print as " + options_.as_sliced.string() +
+                            " lets expect it, with the same profile. Slice it and let 'rayrep verify' judge that G-code.");
+    return verdict;
+  }
   Measurement& print = report.print.emplace();
   print.path = options_.gcode.string();
-  print.printed = read_printed(gcode(report.hollow->best_slice));
-  print.density_g_cm3 = print_of(spec).density_g_cm3;
+  print.printed = read_printed(gcode(hollow.best_slice), options_.printed);
+  print.density_g_cm3 = print_of(hollow.spec).density_g_cm3;
   print.placed = place_print(print.printed, delivered,
                              {options_.slicer.print_direction, 0, read_slicer_profile(options_.slicer.profile).bed_centre_mm});
   print.mesh = options_.output.string();
   const Moments s = moment_map(print.placed->to_mesh) * print.printed.body();
   print.body = mass_properties(s, print.density_g_cm3);
-  return verify(PrintedMesh{delivered, s}, original, spec, {}, progress);
+  return verify(PrintedMesh{delivered, s}, original, hollow.spec, {}, progress);
 }
 
 void SlicedBodies::deliver(std::size_t n) const {
+  if (by_hand()) return;
   std::ifstream in(gcode(n), std::ios::binary);
   std::ostringstream text;
   text << in.rdbuf();

@@ -13,7 +13,8 @@ namespace rayrep::tool {
 /// @param mesh_name  its path, for the report
 Measurement measured(const Options& options, const Mesh* mesh, const std::string& mesh_name);
 
-/// The G-code of one body after the other, in a temporary folder.
+/// What is printed of one body after the other: as a slicer lays it down, its G-code in a temporary folder; or as it is expected
+/// after what was sliced by hand (Options::as_sliced), with as much more than the mesh as that had.
 class SlicedBodies {
 public:
   /// Keeps references.
@@ -22,22 +23,26 @@ public:
   SlicedBodies(const SlicedBodies&) = delete;
   SlicedBodies& operator=(const SlicedBodies&) = delete;
 
-  /// Slices the next body. @returns moments of what is laid down, in its frame
+  /// Of the next body. @returns moments of what is laid down, in its frame
   Moments slice(const Mesh& body);
 
-  /// Judges a mesh and its G-code as they stand on the disk; fills in RunReport::print.
+  /// Judges a mesh and its G-code as they stand on the disk, and fills in RunReport::print; or the mesh as it is expected to be
+  /// printed.
   Verdict judged(const Mesh& delivered, const Mesh& original, RunReport& report, const Progress& progress) const;
 
-  /// Writes the G-code of the n-th body to its place. @throws Error{write}
+  /// Writes a slicer's G-code of the n-th body to its place. @throws Error{write}
   void deliver(std::size_t n) const;
 
 private:
+  bool by_hand() const { return !options_.as_sliced.empty(); }
   std::filesystem::path gcode(std::size_t n) const;
+  Moments moments_of(const Mesh& mesh) const;
 
   const Options& options_;
   const Progress& progress_;
   std::filesystem::path folder_;
   std::size_t count_ = 0;
+  Moments excess_ = Moments::Zero();  ///< by hand: of the print over its mesh
 };
 
 }  // namespace rayrep::tool

@@ -114,8 +114,21 @@ Setting each_row(Options& options, const char* details) {
 /// A number as settings show it.
 std::string text_of(double value) { return shown(Setting{.name = "", .value = "", .words = "", .details = "", .place = &value}); }
 
+Setting mass_row(Options& options) {
+  return {.name = "measured-mass",
+          .value = "G",
+          .words = "what the print weighs: tells its density",
+          .details =
+              "By a kitchen scale, without skirt, brim and supports. The density is then that mass over the volume that the G-code "
+              "lays down for the body.",
+          .place = &options.measured_mass_g,
+          .range = Range::positive(),
+          .unset = "not weighed"};
+}
+
 Settings print_rows(Options& options) {
-  return {{.name = "filament-diameter",
+  return {mass_row(options),
+          {.name = "filament-diameter",
            .value = "MM",
            .words = "of G-code, whatever the file says",
            .details = "",
@@ -167,6 +180,16 @@ Settings slicer_rows(Options& options) {
        .details = "PrusaSlicer: File, Export, Export Config. Its density of the filament counts unless --density or --material is "
                   "given. Infill and the place on the bed are set by rayrep.",
        .place = path_place(options.slicer.profile)},
+      {.name = "as-sliced",
+       .value = "FILE",
+       .words = "or by hand: the G-code of a mesh made before, --of",
+       .details =
+           "For slicers that are elsewhere: run the command, slice what it makes, and run the command again with --as-sliced "
+           "FILE.gcode --of WHAT_WAS_SLICED.stl: what the print has more or less than that mesh is made up for. Slice what "
+           "comes of it with the same profile; 'rayrep verify NEXT.gcode' judges that.",
+       .place = path_place(options.as_sliced)},
+      {.name = "of", .value = "MESH", .words = "what was sliced", .details = "", .place = path_place(options.sliced_mesh)},
+      mass_row(options),
       {.name = "gcode",
        .value = "FILE",
        .words = "where the G-code goes (default: the output's name)",
@@ -494,21 +517,43 @@ void check_spec(const Options& options) {
   std::visit([purpose](const auto& s) { check(s, purpose); }, options.spec);
 }
 
-/// @throws Error{usage} for what goes with a slicer only
-void check_slicer(const Given& given, Options& options) {
-  if (options.command != Command::hollow) return;
-  if (options.slicer.program.empty()) {
-    for (const char* name : {"profile", "gcode"})
-      if (given.contains(name)) usage_error(std::string("--") + name + " goes with a slicer: say --slicer prusa-slicer, too.");
-    return;
-  }
-  const SlicerProfile profile = read_slicer_profile(options.slicer.profile);
-  if (!options.density_given && profile.density_g_cm3) print_in(options.spec).density_g_cm3 = *profile.density_g_cm3;
+/// The way up on the bed is that of the body, unless its goal has none.
+void choose_print_direction(Options& options) {
   std::visit(
       [&options](const auto& s) {
         if constexpr (requires { s.up; }) options.slicer.print_direction = s.up;
       },
       options.spec);
+}
+
+/// @throws Error{usage} for what goes with a slicer or with G-code only
+void check_slicer(const Given& given, Options& options) {
+  if (options.command != Command::hollow) return;
+  const bool slices = !options.slicer.program.empty();
+  if (options.as_sliced.empty() != options.sliced_mesh.empty())
+    usage_error("--as-sliced FILE.gcode and --of MESH, the mesh that was sliced, go together.");
+  if (slices && !options.as_sliced.empty())
+    usage_error("--slicer slices by itself, --as-sliced takes what you have sliced: give either.");
+  if (options.each && !options.as_sliced.empty()) usage_error("--as-sliced is for one body: leave --each out.");
+  if (!slices)
+    for (const char* name : {"profile", "gcode"})
+      if (given.contains(name)) usage_error(std::string("--") + name + " goes with a slicer: say --slicer prusa-slicer, too.");
+  if (options.measured_mass_g && options.as_sliced.empty())
+    usage_error("--measured-mass goes with the G-code of the print that was weighed: say --as-sliced FILE.gcode --of MESH, too.");
+  if (options.measured_mass_g && options.density_given)
+    usage_error("--measured-mass tells the density: leave --density and --material out.");
+  if (!options.as_sliced.empty()) {
+    choose_print_direction(options);
+    const Printed last = read_printed(options.as_sliced, options.printed);
+    if (options.measured_mass_g)
+      print_in(options.spec).density_g_cm3 = *options.measured_mass_g / (1e-3 * last.body()[M1]);
+    else if (!options.density_given && last.density_g_cm3)
+      print_in(options.spec).density_g_cm3 = *last.density_g_cm3;
+  }
+  if (!slices) return;
+  const SlicerProfile profile = read_slicer_profile(options.slicer.profile);
+  if (!options.density_given && profile.density_g_cm3) print_in(options.spec).density_g_cm3 = *profile.density_g_cm3;
+  choose_print_direction(options);
   if (options.gcode.empty()) options.gcode = std::filesystem::path(options.output).replace_extension(".gcode");
 }
 

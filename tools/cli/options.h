@@ -41,8 +41,11 @@ struct Options {
   double turned_deg = 0;       ///< by which it is turned on the bed
   HollowOptions hollow;
 
-  SlicerOptions slicer;         ///< hollow: no program: the mesh alone
-  std::filesystem::path gcode;  ///< of the slicer; empty: the output's name
+  SlicerOptions slicer;                   ///< hollow: no program: the mesh alone
+  std::filesystem::path gcode;            ///< of the slicer; empty: the output's name
+  std::filesystem::path as_sliced;        ///< G-code of
+  std::filesystem::path sliced_mesh;      ///< what this command made before; both or neither
+  std::optional<double> measured_mass_g;  ///< of a print, by a scale: tells the density
 
   std::filesystem::path output;  ///< empty: the default name
   std::filesystem::path

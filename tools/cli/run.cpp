@@ -341,7 +341,7 @@ void hollow_one(const Options& options, const ReadMesh& input, Stages& stages, c
   RunReport report = start_report(options, input);
   HollowOptions how = hollow_options(options);
   std::optional<SlicedBodies> sliced;
-  if (!options.slicer.program.empty()) {
+  if (!options.slicer.program.empty() || !options.as_sliced.empty()) {
     sliced.emplace(options, progress);
     how.as_printed = [&sliced](const Mesh& body) { return sliced->slice(body); };
   }
