@@ -6,6 +6,9 @@
 namespace rayrep::detail {
 namespace {
 
+constexpr double kMisses = 3e-4;     // a print that misses its goal by more is not what was asked for
+constexpr double kHardlyLess = 0.3;  // of the error of the slice before: it will not get there
+
 /// What another maker makes, as it will be printed as far as that is known.
 class PrintedMaker final : public Maker {
 public:
@@ -50,28 +53,39 @@ private:
 
 Moments solve_as_printed(AsPrinted problem, const InteriorSolver& solver, Maker& maker, HollowResult& result,
                          const Progress& progress) {
-  auto& [built, options] = problem;
+  AsBuilt& built = problem.built;
   PrintedMaker printed(maker);
   HollowResult best;
   Moments best_correction = built.start;
   std::vector<HollowResult::Slice> slices;
   double smallest = std::numeric_limits<double>::infinity();
-  for (int n = 0; n < options.max_slices; ++n) {
+  double last = smallest;
+  for (int n = 0; n < problem.options.max_slices; ++n) {
     HollowResult now = result;
     built.start = solve_as_built(built, solver, printed, now, progress);
     progress.begin("slice");
-    const Moments s = moment_map(result.to_working) * options.as_printed(now.delivery.body());
-    const double error = built.error(s);
-    slices.push_back({s[M1] / printed.kept()[M1] - 1, error, s});
+    const Moments s = moment_map(result.to_working) * problem.options.as_printed(now.delivery.body());
+    double error = built.error(s);
+    const bool stays = error > kMisses && error > kHardlyLess * last;
+    if (problem.give_way && stays) {
+      built.error = problem.give_way(s);
+      problem.give_way = {};
+      error = built.error(s);
+      smallest = std::numeric_limits<double>::infinity();  // of another goal
+      result.gave_way = true;
+    }
+    last = error;
+    slices.push_back({s[M1] / printed.kept()[M1] - 1, error});
     if (error < smallest) {
       smallest = error;
       best = std::move(now);
       best.best_slice = slices.size() - 1;
       best_correction = built.start;
     }
-    if (smallest <= options.as_printed_tolerance) break;
+    if (smallest <= problem.options.as_printed_tolerance) break;
     printed.expect(s - printed.kept());
   }
+  best.gave_way = result.gave_way;
   result = std::move(best);
   result.slices = std::move(slices);
   return best_correction;

@@ -53,6 +53,18 @@ void prove(const Plan& plan, const Moments& constant, HollowResult& result) {
                   " of the lowest possible on these rays (proven by duality)"};
 }
 
+/// Sets goal and error to floating in this state of the water. @param volumes  displaced by one of material
+void aim(Plan& plan, const Hydrostatics& water, double volumes) {
+  const double material_mm3 = water.displaced_volume_mm3 / volumes;
+  const Eigen::Vector2d centre = water.centre_of_buoyancy_mm.head<2>();
+  const double diagonal_mm = plan.body->diagonal_mm;
+  plan.goal = float_goal(material_mm3, centre, diagonal_mm);
+  plan.error = [material_mm3, centre, diagonal_mm](const Moments& s) {
+    const double offset = (s.segment<2>(MX) / s[M1] - centre).norm() / diagonal_mm;
+    return std::max(std::abs(s[M1] / material_mm3 - 1), offset);
+  };
+}
+
 }  // namespace
 
 Plan plan(const Mesh& solid, const FloatSpec& spec, const HollowOptions& options, const Progress& progress) {
@@ -71,19 +83,17 @@ Plan plan(const Mesh& solid, const FloatSpec& spec, const HollowOptions& options
   if (!target.attainable || (!found.waterline_searched && !comes_back(problem, target)))
     throw Error(ErrorCode::goal, why_unattainable(problem, target));
 
-  const double material_mm3 = target.water.displaced_volume_mm3 * spec.fluid_g_cm3 / density_g_cm3;
-  const Eigen::Vector2d centre = target.water.centre_of_buoyancy_mm.head<2>();
-  plan.goal = float_goal(material_mm3, centre, body.diagonal_mm);
-  plan.error = [material_mm3, centre, diagonal_mm = body.diagonal_mm](const Moments& s) {
-    const double offset = (s.segment<2>(MX) / s[M1] - centre).norm() / diagonal_mm;
-    return std::max(std::abs(s[M1] / material_mm3 - 1), offset);
-  };
+  const double volumes = density_g_cm3 / spec.fluid_g_cm3;
+  aim(plan, target.water, volumes);
   plan.setup.solver = options.solver;
-  plan.setup.scale = {material_mm3, body.diagonal_mm};
+  plan.setup.scale = {target.water.displaced_volume_mm3 / volumes, body.diagonal_mm};
   plan.setup.options = options.solve;
   if (found.waterline_searched)
-    plan.give_way = [hull, volumes = density_g_cm3 / spec.fluid_g_cm3](const Moments& printed, Spec& given) {
-      std::get<FloatSpec>(given).waterline_mm = waterline_for_volume(hull, Eigen::Vector3d::UnitZ(), printed[M1] * volumes);
+    plan.give_way = [hull, volumes](Plan& given, const Moments& printed) {
+      const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+      const double waterline_mm = waterline_for_volume(hull, up, printed[M1] * volumes);
+      std::get<FloatSpec>(given.spec).waterline_mm = waterline_mm;
+      aim(given, hydrostatics(hull, {up, waterline_mm}), volumes);
     };
   plan.prove = prove;
   return plan;

@@ -7,13 +7,6 @@
 
 namespace rayrep {
 namespace detail {
-namespace {
-
-/// A print that misses its goal by more is not what was asked for.
-constexpr double kPrintMisses = 3e-4;
-
-}  // namespace
-
 HollowResult carry_out(Plan& plan, const HollowOptions& options, const Progress& progress, Moments* correction) {
   Body& body = *plan.body;
   HollowResult result;
@@ -23,14 +16,15 @@ HollowResult carry_out(Plan& plan, const HollowOptions& options, const Progress&
                         options.max_passes, options.as_built_tolerance};
   const InteriorSolver solver(plan.goal, body.inner.rays, *body.integrals, plan.setup);
   result.to_working = body.to_working;
-  const Moments found = options.as_printed ? solve_as_printed({problem, options}, solver, maker, result, progress)
+  AsPrinted printing{problem, options, {}};
+  if (plan.give_way)
+    printing.give_way = [&plan](const Moments& printed) {
+      plan.give_way(plan, printed);  // the solver follows: it refers to the plan's goal
+      return plan.error;
+    };
+  const Moments found = options.as_printed ? solve_as_printed(printing, solver, maker, result, progress)
                                            : solve_as_built(problem, solver, maker, result, progress);
   if (correction) *correction = found;
-  if (!result.slices.empty() && plan.give_way) {
-    const HollowResult::Slice& slice = result.slices[result.best_slice];
-    result.gave_way = slice.error > kPrintMisses;
-    if (result.gave_way) plan.give_way(slice.s, plan.spec);
-  }
   result.spec = plan.spec;
   result.cast = body.inner.cast;
   result.dropped_components = body.inner.dropped_components;

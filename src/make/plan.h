@@ -20,9 +20,9 @@ struct Plan {
   std::function<double(const Moments&)> error;  ///< see AsBuilt
   Spec spec;                                    ///< filled in: what a judge is to hold the result to
   Moments start = Moments::Zero();              ///< see AsBuilt
-  /// Changes what was left open in the spec so that a print with these moments, whose error no slicing has brought down, is what
-  /// was wanted; empty: nothing was left open that would help.
-  std::function<void(const Moments& printed, Spec& spec)> give_way;
+  /// Changes what was left open (goal, error and spec), so that a print with these moments is nearly what is wanted; empty: nothing
+  /// was left open that would help. What a slicer lays down jumps by layers, and no other inside may have the mass wanted.
+  std::function<void(Plan& plan, const Moments& printed)> give_way;
   std::optional<SpinCertificate> certificate;
   /// Says what is proven of a result, given the constant part of the last pass.
   std::function<void(const Plan& plan, const Moments& constant, HollowResult& result)> prove;

@@ -67,9 +67,8 @@ struct HollowResult {
   double as_built_error = 0;  ///< of the delivered mesh, to compare with HollowOptions::as_built_tolerance
   /// One asking of HollowOptions::as_printed.
   struct Slice {
-    double excess = 0;            ///< volume of the print over that of the mesh, less 1
-    double error = 0;             ///< of the print, to compare with HollowOptions::as_printed_tolerance
-    Moments s = Moments::Zero();  ///< of the print, unit density, working frame
+    double excess = 0;  ///< volume of the print over that of the mesh, less 1
+    double error = 0;   ///< of the print, to compare with HollowOptions::as_printed_tolerance
   };
   std::vector<Slice> slices;   ///< in order; empty without as_printed
   std::size_t best_slice = 0;  ///< which of them is delivered
