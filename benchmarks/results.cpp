@@ -142,6 +142,7 @@ public:
     quality();
     growth();
     teapot();
+    sliced();
     if (!micro.empty()) micro_benchmarks(micro);
     save(folder_ / "results.md", out_.text());
   }
@@ -501,6 +502,34 @@ private:
       const auto degrees = [&](const char* name) { return significant(r->extra(name) * 180 / std::numbers::pi, 3) + " deg"; };
       out_.row({r->mesh, std::to_string(r->resolution), percent("height before"), percent("height after"),
                 degrees("tipping before"), degrees("tipping after"), r->converged() ? "verified" : r->status + ": " + r->note});
+    }
+  }
+
+  void sliced() {
+    const Records records = store_.table("sliced");
+    if (records.empty()) return;
+    out_.line("");
+    out_.line("## As printed");
+    out_.line("");
+    out_.line(
+        "With `--slicer prusa-slicer` and `benchmarks/everyday.ini` (PrusaSlicer 2.5; 0.2 mm layers, 2 perimeters). Error of a "
+        "print: the "
+        "larger of its mass,");
+    out_.line(
+        "relative, and its offset (or products of inertia) over the diagonal; open loop is the first slice, of the mesh that meets "
+        "the "
+        "goal itself. Tilt: where it floats");
+    out_.line("at rest; between the spin axis and the nearest principal axis; the smallest tipping angle.");
+    out_.header({"shape", "goal", "slices", "laid down over the mesh", "error, open loop", "error, delivered", "tilt", "seconds",
+                 "verdict"});
+    for (const Record* r : records) {
+      double angle = kUnknown;
+      for (const char* name : {"settled_tilt_rad", "axis_angle_rad", "smallest_tipping_angle_rad"})
+        if (std::isfinite(r->extra(name))) angle = r->extra(name);
+      out_.row({r->mesh, r->goal, significant(r->extra("slices"), 1), significant(100 * r->extra("excess"), 3) + " %",
+                significant(r->extra("open"), 2), significant(r->extra("closed"), 2),
+                significant(angle * 180 / std::numbers::pi, 3) + " deg", significant(r->seconds.median, 3),
+                r->converged() ? "verified" : r->status + ": " + r->note});
     }
   }
 

@@ -1,5 +1,7 @@
 #include "tables.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +11,7 @@
 
 #include "problem.h"
 #include "rayrep/base/error.h"
+#include "rayrep/io/mesh_io.h"
 #include "rayrep/rays/ray_interior.h"
 #include "rayrep/rays/voxel_interior.h"
 #include "rayrep/solve/certify.h"
@@ -461,10 +464,55 @@ std::vector<Record> teapot(const TableOptions& options) {
   return collector.take();
 }
 
+/// From the origin; its floor is level, which a slicer cannot follow.
+Mesh box_mesh(const Eigen::Vector3d& sizes) {
+  Mesh mesh;
+  for (int corner = 0; corner < 8; ++corner)
+    mesh.vertices.emplace_back((corner & 1) * sizes.x(), (corner >> 1 & 1) * sizes.y(), (corner >> 2) * sizes.z());
+  mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                    {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  return mesh;
+}
+
+/// What PrusaSlicer lays down for what is made: open loop (the first slice) and as it is delivered.
+std::vector<Record> sliced(const TableOptions& options) {
+  Collector collector("sliced", options);
+  const int n = options.quick ? 40 : 200;
+  const auto box = std::filesystem::temp_directory_path() / ("rayrep_bench_box_" + std::to_string(getpid()) + ".stl");
+  write_mesh(box, box_mesh({60, 40, 30}));
+  TableOptions of_examples = options;
+  of_examples.meshes.clear();
+  std::vector<Task> tasks = quality_tasks(of_examples);
+  tasks.push_back({{box}, "float"});
+  for (const Task& task : tasks) {
+    std::vector<std::string> arguments = arguments_of(task, n, options);
+    arguments.insert(arguments.end(),
+                     {"--no-advice", "--slicer", "prusa-slicer", "--profile", RAYREP_PROFILE, "--gcode", box.string() + ".gcode"});
+    WholeRun last;
+    Record r = measure_whole(options.tool, arguments, 1, &last);
+    r.mesh = task.shape.path == box ? "a box, 60 x 40 x 30 mm" : task_name(task);
+    r.goal = task.goal;
+    r.resolution = n;
+    if (!last.report.is_null() && last.report.contains("slices")) {
+      const auto& slices = last.report.at("slices");
+      r.more["slices"] = static_cast<double>(slices.size());
+      r.more["excess"] = slices.front().at("excess").get<double>();
+      r.more["open"] = slices.front().at("error").get<double>();
+      r.more["closed"] = slices.at(last.report.at("delivered_slice").get<std::size_t>()).at("error").get<double>();
+      const auto& after = last.report.at("after");
+      for (const char* name : {"settled_tilt_rad", "axis_angle_rad", "smallest_tipping_angle_rad"})
+        if (after.contains(name) && after.at(name).is_number()) r.more[name] = after.at(name).get<double>();
+    }
+    collector.add(std::move(r));
+  }
+  for (const char* ending : {"", ".gcode"}) std::filesystem::remove(box.string() + ending);
+  return collector.take();
+}
+
 }  // namespace
 
 const std::vector<std::string>& table_names() {
-  static const std::vector<std::string> names = {"table1", "table2", "trace", "quality", "growth", "teapot"};
+  static const std::vector<std::string> names = {"table1", "table2", "trace", "quality", "growth", "teapot", "sliced"};
   return names;
 }
 
@@ -475,6 +523,7 @@ std::vector<Record> run_table(const std::string& name, const TableOptions& optio
   if (name == "quality") return quality(options);
   if (name == "growth") return growth(options);
   if (name == "teapot") return teapot(options);
+  if (name == "sliced") return sliced(options);
   throw std::invalid_argument("There is no table '" + name + "'.");
 }
 

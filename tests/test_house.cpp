@@ -43,7 +43,7 @@ const std::map<std::string, std::set<std::string>> kThirdParty = {
     {"coin/", {"solve_ipopt"}},
     {"Ip", {"solve_ipopt"}},
     {"pugixml.hpp", {"mesh_io_3mf"}},
-    {"zip.h", {"mesh_io_3mf"}},
+    {"zip.h", {"archive"}},
     {"nlohmann/", {"json"}},
     {"fmt/", {"text"}},
     {"boost/", {}},

@@ -1,5 +1,3 @@
-#include <zip.h>
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -7,6 +5,7 @@
 #include <memory>
 #include <pugixml.hpp>
 
+#include "io/archive.h"
 #include "io/mesh_io_detail.h"
 #include "io/subtract.h"
 #include "rayrep/base/error.h"
@@ -15,84 +14,12 @@ namespace rayrep::detail {
 namespace {
 
 // Limits that no honest file comes near and that keep a zip bomb, or components of components, from filling the memory.
-constexpr std::size_t kMaxPartBytes = std::size_t{512} << 20;
-constexpr std::size_t kMaxExpansion = 200;  // bytes out per byte in, where more than kFreeExpansionBytes come out
-constexpr std::size_t kFreeExpansionBytes = std::size_t{16} << 20;
 constexpr std::size_t kMaxTriangles = 20'000'000;
 constexpr std::size_t kMaxInstances = 100'000;
 constexpr int kMaxDepth = 64;
 
 constexpr const char* kModelRelationship = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel";
 constexpr const char* kDefaultModel = "3D/3dmodel.model";
-
-struct ZipError {
-  ZipError() { zip_error_init(&error); }
-  ~ZipError() { zip_error_fini(&error); }
-  ZipError(const ZipError&) = delete;
-  ZipError& operator=(const ZipError&) = delete;
-  std::string text() { return zip_error_strerror(&error); }
-  zip_error_t error;
-};
-
-/// A 3MF file is a zip archive of named parts, most of them XML.
-class Package {
-public:
-  explicit Package(const FileBytes& file) : file_(file) {
-    ZipError error;
-    zip_source_t* source = zip_source_buffer_create(file.bytes.data(), file.bytes.size(), 0, &error.error);
-    if (source != nullptr) {
-      archive_.reset(zip_open_from_source(source, ZIP_RDONLY, &error.error));
-      if (!archive_) zip_source_free(source);
-    }
-    if (!archive_)
-      fail_read(file, "",
-                concat("a 3MF file is a zip archive, and this one cannot be opened (", error.text(),
-                       "). It is cut off or damaged; export or download it again."));
-  }
-
-  bool has(const std::string& part) const { return locate(part) >= 0; }
-
-  /// The unpacked bytes of a part. @throws Error{input} if it is missing, damaged, encrypted or far too large.
-  /// @param most  bytes, besides the limits for any file
-  std::string read(const std::string& part, std::size_t most) const {
-    const zip_int64_t index = locate(part);
-    if (index < 0) fail_read(file_, "", concat("the 3MF archive has no part '", part, "'. Export the model again."));
-    zip_stat_t stat;
-    zip_stat_init(&stat);
-    zip_stat_index(archive_.get(), static_cast<zip_uint64_t>(index), 0, &stat);
-    const std::size_t packed = (stat.valid & ZIP_STAT_COMP_SIZE) != 0 ? stat.comp_size : file_.bytes.size();
-    const std::size_t limit =
-        std::min({most, kMaxPartBytes, std::max(kFreeExpansionBytes, kMaxExpansion * std::min(packed, kMaxPartBytes))});
-    std::unique_ptr<zip_file_t, int (*)(zip_file_t*)> in(zip_fopen_index(archive_.get(), static_cast<zip_uint64_t>(index), 0),
-                                                         zip_fclose);
-    if (!in) fail_damaged(part, zip_strerror(archive_.get()));
-    std::string bytes;
-    std::vector<char> chunk(1 << 16);
-    while (true) {
-      const zip_int64_t got = zip_fread(in.get(), chunk.data(), chunk.size());
-      if (got < 0) fail_damaged(part, zip_file_strerror(in.get()));
-      if (got == 0) return bytes;
-      bytes.append(chunk.data(), static_cast<std::size_t>(got));
-      if (bytes.size() > limit)
-        fail_read(file_, concat("part '", part, "'"),
-                  concat("it unpacks to more than ", limit >> 20, " MiB from ", packed,
-                         " bytes, which is more than rayrep accepts. Reduce the number of triangles, or save the model as STL."));
-    }
-  }
-
-  const FileBytes& file() const { return file_; }
-
-private:
-  zip_int64_t locate(const std::string& part) const { return zip_name_locate(archive_.get(), part.c_str(), ZIP_FL_NOCASE); }
-
-  [[noreturn]] void fail_damaged(const std::string& part, const char* reason) const {
-    fail_read(file_, concat("part '", part, "'"),
-              concat("it cannot be unpacked (", reason, "). The file is damaged or encrypted; export or download it again."));
-  }
-
-  const FileBytes& file_;
-  std::unique_ptr<zip_t, void (*)(zip_t*)> archive_{nullptr, zip_discard};
-};
 
 /// The name of an element or attribute without its namespace prefix.
 std::string_view local_name(const char* name) {
@@ -161,7 +88,7 @@ std::size_t memory_to_parse(std::string_view text) {
   return kNode * nodes + kAttribute * attributes;
 }
 
-std::unique_ptr<XmlPart> parse_part(const Package& package, const std::string& name, const MemoryBudget& budget) {
+std::unique_ptr<XmlPart> parse_part(const Archive& package, const std::string& name, const MemoryBudget& budget) {
   auto part = std::make_unique<XmlPart>();
   part->text = package.read(name, budget.left());
   budget.require(part->text.size() + memory_to_parse(part->text));
@@ -597,7 +524,7 @@ private:
                      " triangles or vertices. Export fewer copies or a coarser mesh."));
   }
 
-  Package package_;
+  Archive package_;
   const FileBytes& file_;
   MemoryBudget budget_;
   std::string root_;
@@ -610,11 +537,6 @@ private:
   std::size_t supports_ = 0;
   std::size_t negatives_ = 0;
   std::map<std::string, std::size_t> left_out_;  // by what it is marked as
-};
-
-struct PartText {
-  const char* name;
-  std::string text;
 };
 
 constexpr const char* kContentTypes = R"(<?xml version="1.0" encoding="UTF-8"?>
@@ -711,54 +633,11 @@ bool is_3mf(std::string_view bytes) { return bytes.starts_with("PK\x03\x04"); }
 MeshFile read_3mf(const FileBytes& file, const ReadOptions& options) { return ModelReader(file, options).read(); }
 
 std::string encode_3mf(const Mesh& mesh) {
-  const std::array<PartText, 5> parts = {{{"[Content_Types].xml", kContentTypes},
-                                          {"_rels/.rels", relationships_xml()},
-                                          {kDefaultModel, model_xml(mesh)},
-                                          {"Metadata/Slic3r_PE_model.config", prusa_config_xml(mesh.triangles.size())},
-                                          {"Metadata/model_settings.config", kBambuConfig}}};
-  ZipError error;
-  const auto fail = [](const std::string& reason) {
-    throw Error(ErrorCode::write, "Cannot pack the 3MF archive: " + reason + ".");
-  };
-  // The archive grows in memory; `packed` outlives it because of the extra reference.
-  std::unique_ptr<zip_source_t, void (*)(zip_source_t*)> packed(zip_source_buffer_create(nullptr, 0, 0, &error.error),
-                                                                zip_source_free);
-  if (!packed) fail(error.text());
-  zip_source_keep(packed.get());
-  std::unique_ptr<zip_t, void (*)(zip_t*)> archive(zip_open_from_source(packed.get(), ZIP_CREATE | ZIP_TRUNCATE, &error.error),
-                                                   zip_discard);
-  if (!archive) {
-    zip_source_free(packed.get());
-    fail(error.text());
-  }
-  for (const auto& part : parts) {
-    zip_source_t* source = zip_source_buffer(archive.get(), part.text.data(), part.text.size(), 0);
-    const zip_int64_t index = source == nullptr ? -1 : zip_file_add(archive.get(), part.name, source, ZIP_FL_ENC_UTF_8);
-    if (index < 0) {
-      if (source != nullptr) zip_source_free(source);
-      fail(zip_strerror(archive.get()));
-    }
-    // zlib's usual level: libzip's default of 9 takes 18 s instead of 4 for two million triangles, to save 6 % of the size.
-    constexpr zip_uint32_t kLevel = 6;
-    // 1980-01-01 00:00, the first moment a zip file can name: the same mesh gives the same bytes at any time.
-    constexpr zip_uint16_t kDosDate = (1 << 5) | 1;
-    const auto entry = static_cast<zip_uint64_t>(index);
-    if (zip_set_file_compression(archive.get(), entry, ZIP_CM_DEFLATE, kLevel) != 0 ||
-        zip_file_set_dostime(archive.get(), entry, 0, kDosDate, 0) != 0)
-      fail(zip_strerror(archive.get()));
-  }
-  if (zip_close(archive.get()) != 0) fail(zip_strerror(archive.get()));
-  static_cast<void>(archive.release());
-
-  zip_stat_t stat;
-  zip_stat_init(&stat);
-  if (zip_source_stat(packed.get(), &stat) != 0 || zip_source_open(packed.get()) != 0)
-    fail(zip_error_strerror(zip_source_error(packed.get())));
-  std::string bytes(stat.size, '\0');
-  const zip_int64_t got = zip_source_read(packed.get(), bytes.data(), bytes.size());
-  zip_source_close(packed.get());
-  if (got != static_cast<zip_int64_t>(bytes.size())) fail("its bytes could not be read back");
-  return bytes;
+  return pack({{"[Content_Types].xml", kContentTypes},
+               {"_rels/.rels", relationships_xml()},
+               {kDefaultModel, model_xml(mesh)},
+               {"Metadata/Slic3r_PE_model.config", prusa_config_xml(mesh.triangles.size())},
+               {"Metadata/model_settings.config", kBambuConfig}});
 }
 
 }  // namespace rayrep::detail

@@ -1,6 +1,6 @@
 #include "rayrep/io/printed.h"
 
-#include "io/mesh_io_detail.h"
+#include "io/archive.h"
 
 namespace rayrep {
 
@@ -21,13 +21,36 @@ double Printed::volume_mm3() const {
   return sum;
 }
 
+namespace {
+
+/// A sliced project of Bambu Studio or OrcaSlicer.
+bool is_project(const std::filesystem::path& path) { return detail::lower_case(path.filename().string()).ends_with(".gcode.3mf"); }
+
+/// The G-code of its plate.
+std::string plate_of(const detail::FileBytes& file, std::size_t most_bytes) {
+  const detail::Archive archive(file);
+  std::vector<std::string> plates;
+  for (const std::string& name : archive.names())
+    if (name.starts_with("Metadata/") && name.ends_with(".gcode")) plates.push_back(name);
+  if (plates.empty()) detail::fail_read(file, "", "the project holds no G-code. Slice it, and export the plate as a sliced file.");
+  if (plates.size() > 1)
+    detail::fail_read(file, "", concat("it holds the G-code of ", plates.size(), " plates. Export each plate by itself."));
+  return archive.read(plates.front(), most_bytes);
+}
+
+}  // namespace
+
 bool is_printed(const std::filesystem::path& path) {
   const std::string ending = detail::lower_case(path.extension().string());
-  return ending == ".gcode" || ending == ".gco" || ending == ".g";
+  return ending == ".gcode" || ending == ".gco" || ending == ".g" || is_project(path);
 }
 
 Printed read_printed(const std::filesystem::path& path, const PrintedOptions& options) {
   const std::string bytes = detail::load(path, options.file);
+  if (is_project(path)) {
+    const std::string plate = plate_of({bytes, path.string()}, options.file.memory_bytes);
+    return detail::read_gcode({plate, path.string()}, options);
+  }
   return detail::read_gcode({bytes, path.string()}, options);
 }
 

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <numbers>
 
+#include "io/archive.h"
 #include "rayrep/base/error.h"
 #include "rayrep/io/printed.h"
 #include "rayrep/physics/bead.h"
@@ -146,6 +147,21 @@ TEST(Printed, OnlyTheOutermostLoopsAreTheOutline) {
       read("G90\nM83\n" + kHead + "G1 Z0.2\n" + square(4) + square(9) + square(10) + ";TYPE:Skirt\n" + square(20));
   ASSERT_EQ(printed.layers.size(), 1U);
   EXPECT_NEAR(printed.layers[0].size_mm.x(), 20.45, 1e-9);
+}
+
+TEST(Printed, APlateInAProjectIsRead) {
+  const std::string gcode = "G90\nM83\n; FEATURE: Outer wall\n; LINE_WIDTH: 0.4\n; LAYER_HEIGHT: 0.2\nG1 X0 Y0 Z0.2\nG1 X10 E1\n";
+  const auto path = own_file("plate.gcode.3mf");
+  const auto save = [&path](const std::vector<detail::ArchivePart>& parts) {
+    std::ofstream(path, std::ios::binary) << detail::pack(parts);
+  };
+  save({{"3D/3dmodel.model", "<model/>"}, {"Metadata/plate_1.gcode", gcode}, {"Metadata/plate_1.gcode.md5", "x"}});
+  EXPECT_TRUE(is_printed(path));
+  EXPECT_LT(off(read_printed(path).body(), read(gcode).body()), 1e-12);
+  save({{"3D/3dmodel.model", "<model/>"}});
+  EXPECT_THROW(read_printed(path), Error);
+  save({{"Metadata/plate_1.gcode", gcode}, {"Metadata/plate_2.gcode", gcode}});
+  EXPECT_THROW(read_printed(path), Error);
 }
 
 TEST(Printed, RefusalsNameTheLine) {
