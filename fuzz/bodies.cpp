@@ -85,14 +85,15 @@ Mesh cubes(int bits, double size) {
 Mesh shape(Bytes& bytes) {
   switch (bytes.below(4)) {
     case 0: {
-      const Eigen::Vector3d size(bytes.number(20, 80), bytes.number(20, 80), bytes.number(20, 80));
+      const Eigen::Vector3d size{bytes.number(20, 80), bytes.number(20, 80), bytes.number(20, 80)};
       return box(size);
     }
     case 1: {
       const double height = bytes.number(15, 80);
       const double below = bytes.number(5, 40);
       const double above = bytes.number(5, 40);
-      return lathe(3 + bytes.below(8), {{below, 0}, {above, height}}, bytes.chance(32) ? bytes.number(-20, 20) : 0, height);
+      const int corners = 3 + bytes.below(8);
+      return lathe(corners, {{below, 0}, {above, height}}, bytes.chance(32) ? bytes.number(-20, 20) : 0, height);
     }
     case 2: {
       const int rings = 2 + bytes.below(4);
@@ -106,9 +107,9 @@ Mesh shape(Bytes& bytes) {
       return lathe(4 + bytes.below(8), profile, -height, height);
     }
     default: {
-      const int low = bytes.byte();
-      const int high = bytes.byte();
-      const Mesh mesh = cubes(low | high << 8 | bytes.byte() << 16, bytes.number(8, 25));
+      const int low = bytes.two_bytes();
+      const int bits = low | bytes.byte() << 16;
+      const Mesh mesh = cubes(bits, bytes.number(8, 25));
       return mesh.triangles.empty() ? box({20, 30, 40}) : mesh;
     }
   }
@@ -129,9 +130,9 @@ void require(bool condition, const char* law) {
 Mesh body(Bytes& bytes) {
   Mesh mesh = shape(bytes);
   if (bytes.chance(128))
-    for (Eigen::Vector3d& v : mesh.vertices) v += Eigen::Vector3d(bytes.number(0, 6), bytes.number(0, 6), bytes.number(0, 6));
+    for (Eigen::Vector3d& v : mesh.vertices) v += Eigen::Vector3d{bytes.number(0, 6), bytes.number(0, 6), bytes.number(0, 6)};
   if (bytes.chance(64)) {
-    const Eigen::Vector3d axis(bytes.number(-1, 1), bytes.number(-1, 1), 1);
+    const Eigen::Vector3d axis{bytes.number(-1, 1), bytes.number(-1, 1), 1};
     mesh = transformed(mesh, Eigen::Affine3d(Eigen::AngleAxisd(bytes.odd_number(0, kPi), axis.normalized())));
   }
   const Eigen::Vector3d low = bounding_box(mesh).min();
@@ -152,12 +153,13 @@ Mesh bodies(Bytes& bytes) {
   const int what = bytes.byte();
   if (what < 160) return mesh;
   if (what < 200) {
-    append(mesh, shrunk_inside_out(mesh, bytes.number(0.1, 0.9), {bytes.number(0, 5), bytes.number(0, 5), bytes.number(0, 5)}));
+    const double factor = bytes.number(0.1, 0.9);
+    append(mesh, shrunk_inside_out(mesh, factor, {bytes.number(0, 5), bytes.number(0, 5), bytes.number(0, 5)}));
     return mesh;
   }
   for (int more = 1 + what % 2; more > 0; --more) {
     Mesh other = body(bytes);
-    const Eigen::Vector3d move(bytes.number(0, 100), bytes.number(0, 20), bytes.number(0, 100));
+    const Eigen::Vector3d move{bytes.number(0, 100), bytes.number(0, 20), bytes.number(0, 100)};
     for (Eigen::Vector3d& v : other.vertices) v += move;
     append(mesh, other);
   }

@@ -9,12 +9,16 @@
 
 namespace fuzz {
 
-/// Takes a fuzzer's input apart; after its end come zeros.
+/// Takes a fuzzer's input apart; after its end come zeros. Never twice among a call's arguments, whose order compilers choose.
 class Bytes {
 public:
   Bytes(const std::uint8_t* data, std::size_t size) : data_(data), size_(size) {}
   bool at_end() const { return next_ >= size_; }
   int byte() { return at_end() ? 0 : data_[next_++]; }
+  int two_bytes() {
+    const int low = byte();
+    return low | byte() << 8;
+  }
   int below(int limit) { return byte() % limit; }
   /// One of 256 values from lo to hi, both included; lo for a 0.
   double number(double lo, double hi) { return lo + (hi - lo) * byte() / 255; }

@@ -99,7 +99,10 @@ Mesh whole_numbers(Bytes& bytes) {
   Mesh mesh;
   const int corners = 3 + bytes.below(12);
   const int range = 1 + bytes.below(9);
-  for (int k = 0; k < corners; ++k) mesh.vertices.emplace_back(bytes.below(range), bytes.below(range), bytes.below(range));
+  for (int k = 0; k < corners; ++k) {
+    const Eigen::Vector3i place{bytes.below(range), bytes.below(range), bytes.below(range)};
+    mesh.vertices.emplace_back(place.cast<double>());
+  }
   const bool closed = bytes.chance(170);
   const int pieces = 1 + bytes.below(12);
   for (int k = 0; k < pieces; ++k) {

@@ -62,7 +62,7 @@ rayrep::Spec spec_for(const Mesh& mesh, Bytes& bytes) {
       spec.print = print;
       spec.up = up;
       if (bytes.chance(100))
-        spec.target_mm = box.center() + Eigen::Vector3d(size.x() * bytes.number(-0.3, 0.3), size.y() * bytes.number(-0.3, 0.3), 0);
+        spec.target_mm = box.center() + Eigen::Vector3d{size.x() * bytes.number(-0.3, 0.3), size.y() * bytes.number(-0.3, 0.3), 0};
       if (bytes.chance(60)) spec.objective = rayrep::StandSpec::Objective::tip_angle;
       return spec;
     }
@@ -70,7 +70,7 @@ rayrep::Spec spec_for(const Mesh& mesh, Bytes& bytes) {
       rayrep::TargetSpec spec;
       spec.print = print;
       const rayrep::MassProperties solid = rayrep::mass_properties(mesh, print.density_g_cm3);
-      const int wanted = bytes.byte() | bytes.byte() << 8;
+      const int wanted = bytes.two_bytes();
       for (int k = 0; k < 10; ++k) {
         if (!(wanted >> k & 1)) continue;
         const auto number = static_cast<rayrep::MomentIndex>(k);

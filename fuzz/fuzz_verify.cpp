@@ -41,11 +41,11 @@ Mesh hollowed(const Mesh& original, Bytes& bytes) {
 /// One thing done to a mesh that a judge has to see.
 void spoil(Mesh& mesh, Bytes& bytes) {
   if (mesh.triangles.empty()) return;
-  const auto any = [&bytes](std::size_t size) { return static_cast<std::size_t>(bytes.byte() | bytes.byte() << 8) % size; };
+  const auto any = [&bytes](std::size_t size) { return static_cast<std::size_t>(bytes.two_bytes()) % size; };
   const auto t = any(mesh.triangles.size());
   const Eigen::Vector3i triangle = mesh.triangles[t];
   const double much = std::pow(10.0, bytes.number(-12, 2));
-  const Eigen::Vector3d move(much * bytes.number(-1, 1), much * bytes.number(-1, 1), much * bytes.number(-1, 1));
+  const Eigen::Vector3d move{much * bytes.number(-1, 1), much * bytes.number(-1, 1), much * bytes.number(-1, 1)};
   const auto component_of = [&mesh](std::size_t of) {
     const rayrep::Components components = connected_components(mesh);
     std::vector<std::size_t> all;
@@ -158,7 +158,7 @@ rayrep::Spec spec_for(const Mesh& mesh, Bytes& bytes) {
                                           rho * static_cast<double>(I[0][1]),
                                           rho * static_cast<double>(I[1][2]),
                                           rho * static_cast<double>(I[0][2])};
-      const int wanted = 1 + bytes.byte() + 4 * bytes.byte();
+      const int wanted = 1 + bytes.two_bytes();
       for (std::size_t k = 0; k < has.size(); ++k)
         if (wanted >> k & 1) spec.wanted[k] = has[k] * (1 + 0.002 * bytes.number(-0.6, 0.6));
       return spec;

@@ -66,6 +66,15 @@ bool any_near(const Surface& first, const Surface& second, Real within, const Lo
   return false;
 }
 
+/// Whether some triangle has its corners where the other surface has triangles.
+bool lies_on(const Surface& surface, const Surface& other, Real within) {
+  return std::any_of(surface.begin(), surface.end(), [&](const Triangle& t) {
+    return std::all_of(t.begin(), t.end(), [&](const Point& p) {
+      return std::any_of(other.begin(), other.end(), [&](const Triangle& u) { return distance(p, u) <= within; });
+    });
+  });
+}
+
 /// A delivered mesh taken apart: parts that hold none of the original's triangles were added by a maker.
 struct Delivered {
   Surface all, outer;
@@ -78,8 +87,11 @@ struct Delivered {
     for (Surface& part : parts_of(all)) {
       const bool holds_original =
           std::any_of(part.begin(), part.end(), [&](const Triangle& t) { return given.contains(key_of(t)); });
+      // A body that was moved by no more than rounding is no cavity either.
+      const bool is_original =
+          holds_original || (original && volume(part) > 0 && lies_on(part, surface_of(*original), 2e-7L * diagonal));
       if (!original && volume(part) > 0) solids.push_back(part);
-      if (original ? holds_original : volume(part) > 0)
+      if (original ? is_original : volume(part) > 0)
         outer.insert(outer.end(), part.begin(), part.end());
       else
         added.push_back(std::move(part));
