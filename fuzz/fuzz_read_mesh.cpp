@@ -1,10 +1,6 @@
-// libFuzzer target: no bytes whatsoever may make a mesh reader crash, hang, ask for absurd memory or return a mesh whose
-// indices are out of range; they end in a mesh or in Error{input}. The first byte of the input picks the kind.
-//
-//   clang++-14 -g -O1 -fsanitize=fuzzer,address,undefined ... fuzz/fuzz_read_mesh.cpp src/io/*.cpp src/mesh/*.cpp src/base/*.cpp
-//   -lzip -lpugixml -ltbb
-//
-// Without libFuzzer it is linked with fuzz/standalone_main.cpp.
+// No bytes whatsoever may make a mesh reader crash, hang, ask for absurd memory or return a mesh whose indices are out of range;
+// they end in a mesh or in Error{input}, and a mesh that was read is written and read back the same. The first byte of the input
+// picks the kind and how much memory a file may take.
 
 #include <zip.h>
 
@@ -12,21 +8,18 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "bodies.h"
 #include "io/mesh_io_detail.h"
 #include "rayrep/base/error.h"
 
 namespace {
 
+using fuzz::require;
 using rayrep::Mesh;
 using rayrep::MeshFile;
-
-void require(bool condition, const char* law) {
-  if (!condition) throw std::logic_error(law);
-}
 
 /// A 3MF archive around the XML of a model, not compressed: random changes of a compressed one seldom reach the XML. What begins
 /// with "<config" in it becomes the parts in which slicers mark volumes.
@@ -56,8 +49,10 @@ std::string archive_around(const std::string& text) {
   return bytes;
 }
 
-MeshFile read(const std::string& bytes, const std::string& ending) {
-  return rayrep::detail::read_mesh_bytes({bytes, "input" + ending}, {});
+MeshFile read(const std::string& bytes, const std::string& ending, std::size_t memory_bytes = 100'000'000) {
+  rayrep::ReadOptions options;
+  options.memory_bytes = memory_bytes;
+  return rayrep::detail::read_mesh_bytes({bytes, "input" + ending}, options);
 }
 
 bool is_finite(const Mesh& mesh) {
@@ -78,6 +73,13 @@ void check_laws(const MeshFile& file) {
     const Mesh back = read(rayrep::detail::encode_mesh(std::string("a") + ending, mesh), ending).mesh;
     require(back.vertices == mesh.vertices && back.triangles == mesh.triangles, "what is written reads back the same");
   }
+  const Mesh stored = rayrep::as_stored("a.stl", mesh);
+  if (!is_finite(stored)) return;
+  const Mesh back = read(rayrep::detail::encode_mesh("a.stl", mesh), ".stl").mesh;
+  require(back.triangles.size() == mesh.triangles.size(), "an STL file has as many triangles as were written");
+  for (std::size_t t = 0; t < back.triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k)
+      require(back.corner(t, k) == stored.corner(t, k), "what an STL file gives back is what as_stored says");
 }
 
 }  // namespace
@@ -86,9 +88,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   constexpr std::array<const char*, 6> kEndings = {".stl", ".obj", ".ply", ".off", ".3mf", ".model"};
   if (size == 0) return 0;
   const std::string ending = kEndings[data[0] % kEndings.size()];
+  const std::size_t memory_bytes = data[0] < 200 ? 100'000'000 : 20'000;
   const std::string bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
   try {
-    check_laws(ending == ".model" ? read(archive_around(bytes), ".3mf") : read(bytes, ending));
+    check_laws(ending == ".model" ? read(archive_around(bytes), ".3mf", memory_bytes) : read(bytes, ending, memory_bytes));
   } catch (const rayrep::Error& error) {
     require(error.code() == rayrep::ErrorCode::input, "bad bytes are Error{input}");
   }

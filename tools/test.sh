@@ -1,14 +1,24 @@
 #!/bin/sh
 # Sets everything up, builds everything and runs all tests; ends with ctest's summary.
 #
-#   tools/test.sh                          the preset dev: optimised, assertions on, warnings are errors
-#   tools/test.sh PRESET [CTEST OPTIONS]   another test preset, e.g. tools/test.sh asan -R Moments
+#   tools/test.sh                          the preset dev (optimised, assertions on, warnings are errors), then the preset asan: the
+#                                          suite once more under AddressSanitizer and UndefinedBehaviorSanitizer
+#   tools/test.sh PRESET [CTEST OPTIONS]   one test preset, e.g. tools/test.sh asan -R Moments
 set -eu
 cd "$(dirname "$0")/.."
-preset=${1-dev}
-[ $# -eq 0 ] || shift
-
 tools/setup.sh test
-cmake --preset "$preset"
-cmake --build --preset "$preset"
-exec ctest --preset "$preset" --output-on-failure "$@"
+
+run() {
+  preset=$1
+  shift
+  cmake --preset "$preset"
+  cmake --build --preset "$preset"
+  ctest --preset "$preset" --output-on-failure "$@"
+}
+
+if [ $# -gt 0 ]; then
+  run "$@"
+else
+  run dev
+  run asan
+fi

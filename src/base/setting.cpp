@@ -19,6 +19,18 @@ std::optional<double> number_in(const std::string& text) {
   return value;
 }
 
+/// The parts of a list as numbers; none where it says `open`, unless that is empty.
+std::vector<std::optional<double>> open_numbers(const std::string& name, const std::string& text, const std::string& open) {
+  std::vector<std::optional<double>> numbers;
+  for (const std::string& part : parts_of(text)) {
+    const bool is_open = !open.empty() && part == open;
+    const std::optional<double> value = is_open ? std::nullopt : number_in(part);
+    if (!is_open && (!value || !std::isfinite(*value))) usage_error("--" + name + " does not take '" + text + "'.");
+    numbers.push_back(value);
+  }
+  return numbers;
+}
+
 /// What was probably meant by a text that is no number.
 std::string number_hint(const std::string& text) {
   std::string with_point = text;
@@ -138,19 +150,12 @@ std::vector<std::string> parts_of(const std::string& list) {
 
 std::vector<double> parse_numbers(const std::string& name, const std::string& text) {
   std::vector<double> numbers;
-  for (const std::string& part : parts_of(text)) {
-    const std::optional<double> value = number_in(part);
-    if (!value || !std::isfinite(*value)) usage_error("--" + name + " does not take '" + text + "'.");
-    numbers.push_back(*value);
-  }
+  for (const std::optional<double>& number : open_numbers(name, text, "")) numbers.push_back(*number);
   return numbers;
 }
 
 std::vector<std::optional<double>> parse_open_numbers(const std::string& name, const std::string& text) {
-  std::vector<std::optional<double>> numbers;
-  for (const std::string& part : parts_of(text))
-    numbers.push_back(part == "-" ? std::nullopt : std::optional(parse_numbers(name, part).at(0)));
-  return numbers;
+  return open_numbers(name, text, "-");
 }
 
 std::size_t parse_choice(const std::string& name, const std::string& text, std::span<const char* const> names) {

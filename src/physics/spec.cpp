@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "base/text.h"
 #include "rayrep/base/error.h"
@@ -31,18 +32,15 @@ std::string material_names() {
 
 std::string shown_point(const Eigen::Vector3d& p) { return shown(p.x(), 9) + "," + shown(p.y(), 9) + "," + shown(p.z(), 9); }
 
-void parse_axis(const std::string& text, SpinAxis& axis) {
-  axis = {};
-  if (text == "lowest") return;
-  axis.through = SpinAxis::Through::centre_of_mass;
-  if (text == "com") return;
-  axis.through = SpinAxis::Through::best;
-  if (text == "auto") return;
+SpinAxis parse_axis(const std::string& text) {
+  if (text == "lowest") return {};
+  if (text == "com") return {.through = SpinAxis::Through::centre_of_mass};
+  if (text == "auto") return {.through = SpinAxis::Through::best};
   const std::vector<double> c = parse_numbers("point", text);
   if (c.size() != 2 && c.size() != 3) usage_error("--point takes lowest, com, auto, X,Y or X,Y,Z; it is '" + text + "'.");
-  axis.through = SpinAxis::Through::point;
-  axis.leaves_below = c.size() == 2;
-  axis.point_mm = Eigen::Vector3d(c[0], c[1], c.size() == 3 ? c[2] : 0);
+  return {.through = SpinAxis::Through::point,
+          .point_mm = Eigen::Vector3d(c[0], c[1], c.size() == 3 ? c[2] : 0),
+          .leaves_below = c.size() == 2};
 }
 
 std::string shown_axis(const SpinAxis& axis) {
@@ -110,7 +108,7 @@ TextPlace wanted_numbers(const char* name, InertialTargets& wanted, MomentIndex 
 
 TextPlace order_of_wishes(std::vector<InertialWish>& order) {
   return {[&order](const std::string& text) {
-            order.clear();
+            std::vector<InertialWish> wishes;
             for (const std::string& part : parts_of(text)) {
               InertialWish wish;
               wish.largest = part.rfind('-', 0) == 0;
@@ -123,8 +121,9 @@ TextPlace order_of_wishes(std::vector<InertialWish>& order) {
                     "what shall be largest; it has '" +
                     part + "'.");
               wish.number = static_cast<MomentIndex>(k);
-              order.push_back(wish);
+              wishes.push_back(wish);
             }
+            order = std::move(wishes);
           },
           [&order] {
             std::string text;
@@ -333,7 +332,7 @@ Settings settings(SpinSpec& spec, For purpose) {
             "spins best. X,Y: where that vertical leaves the mesh below (up must be z or -z). In the numbers of the file after "
             "--unit and --size. For verify the solid is the --original if there is one, and else the mesh with its sealed "
             "cavities filled: the same options lead to the same contact point as when the mesh was made.",
-        .place = TextPlace{[&spec](const std::string& text) { parse_axis(text, spec.axis); },
+        .place = TextPlace{[&spec](const std::string& text) { spec.axis = parse_axis(text); },
                            [&spec] { return spec.yoyo ? "yo-yo" : shown_axis(spec.axis); }}},
        {.name = "yoyo",
         .value = "",

@@ -2,6 +2,10 @@
 
 #include <cmath>
 #include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "rayrep/base/error.h"
 #include "rayrep/base/setting.h"
@@ -42,6 +46,14 @@ TEST(Setting, NumbersAreReadWholeWithAHintWhereTheyAreNot) {
   EXPECT_EQ(wall, 0.25) << "what is refused changes nothing";
   wall = -1;
   EXPECT_EQ(refusal([&] { check(Settings{row}); }), "--wall must be a positive number; it is -1.");
+}
+
+TEST(Setting, ListsWithGapsAreUsageErrors) {
+  for (const char* list : {"1,,3", ",1", "1,x,3", "1,nan,3", ","}) {
+    EXPECT_NE(refusal([&] { parse_numbers("com", list); }).find("--com"), std::string::npos) << list;
+    EXPECT_NE(refusal([&] { parse_open_numbers("com", list); }).find("--com"), std::string::npos) << list;
+  }
+  EXPECT_EQ(parse_open_numbers("com", "1,-,3"), (std::vector<std::optional<double>>{1, std::nullopt, 3}));
 }
 
 TEST(Setting, NearestNamesAreNearInLettersOnly) {
