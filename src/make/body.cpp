@@ -12,10 +12,10 @@
 namespace rayrep::detail {
 namespace {
 
-/// The grid on which the cavity is meshed: as fine as the rays, but not finer than a printer sees, nor so coarse that the wall's
-/// own shape is lost.
+/// The grid on which the cavity is meshed: as fine as the rays, but not finer than a printer of such walls sees, nor so coarse that
+/// the wall's own shape is lost.
 double field_spacing(double ray_spacing_mm, double wall_mm, double size_mm) {
-  const double printer_mm = std::min(0.3, size_mm / 100);
+  const double printer_mm = std::min(0.25 * wall_mm, size_mm / 100);
   return std::min(std::max(ray_spacing_mm, printer_mm), 0.5 * wall_mm);
 }
 
