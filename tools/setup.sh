@@ -9,7 +9,7 @@ set -eu
 build_packages="g++ cmake ninja-build pkg-config ccache"
 library_packages="libeigen3-dev libtbb-dev libembree-dev libopenvdb-dev coinor-libipopt-dev
   libboost-dev libboost-program-options-dev libzip-dev libpugixml-dev nlohmann-json3-dev libfmt-dev"
-test_packages="libgtest-dev libgmock-dev clang-format-14"
+test_packages="libgtest-dev libgmock-dev clang-format-14 python3"
 
 say() { echo "setup: $*" >&2; }
 
