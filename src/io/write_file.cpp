@@ -5,9 +5,11 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <optional>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
 #include "io/descriptor.h"
 #include "io/mesh_io_detail.h"
@@ -50,6 +52,50 @@ fs::path resolve(const fs::path& requested) {
     return without_links(requested);
   } catch (const fs::filesystem_error& error) {
     fail_write(requested, error.code().value());
+  }
+}
+
+/// The descriptor that /dev/stdout and its like name, or none.
+std::optional<int> descriptor_named(const fs::path& path) {
+  const std::string name = path.lexically_normal().string();
+  if (name == "/dev/stdout") return STDOUT_FILENO;
+  if (name == "/dev/stderr") return STDERR_FILENO;
+  for (const std::string_view folder : {"/dev/fd/", "/proc/self/fd/"})
+    if (long long fd = 0; name.starts_with(folder) && parse_integer(name.substr(folder.size()), fd) && fd >= 0 && fd < 1 << 20)
+      return static_cast<int>(fd);
+  return std::nullopt;
+}
+
+/// The process that a hidden file is of, by its name ".rayrep-PROCESS-NUMBER.ending"; none: it is no such file.
+std::optional<long long> process_of(std::string_view name) {
+  constexpr std::string_view kBegin = ".rayrep-";
+  if (!name.starts_with(kBegin)) return std::nullopt;
+  name.remove_prefix(kBegin.size());
+  name = name.substr(0, name.find('.'));
+  const std::size_t dash = name.find('-');
+  long long process = 0;
+  long long number = 0;
+  const bool fits = dash != std::string_view::npos && parse_integer(name.substr(0, dash), process) &&
+                    parse_integer(name.substr(dash + 1), number) && process > 0 && number >= 0;
+  return fits ? std::optional(process) : std::nullopt;
+}
+
+/// Removes hidden files beside `target` that pass.
+template <typename Passes>
+void remove_hidden(const fs::path& target, const Passes& passes) {
+  try {
+    std::error_code ignored;
+    std::vector<fs::path> found;
+    for (fs::directory_iterator entry(folder_of(without_links(target)), ignored), end; !ignored && entry != end;
+         entry.increment(ignored)) {
+      const auto process = process_of(entry->path().filename().string());
+      struct stat info {};
+      if (process && ::lstat(entry->path().c_str(), &info) == 0 && S_ISREG(info.st_mode) && passes(*process, info))
+        found.push_back(entry->path());
+    }
+    for (const fs::path& path : found) ::unlink(path.c_str());
+  } catch (const std::exception&) {
+    // They are in nobody's way.
   }
 }
 
@@ -115,6 +161,8 @@ void put_in_place(const fs::path& named, const fs::path& written, const fs::path
 }  // namespace
 
 void require_writable(const fs::path& path) {
+  if (is_stream(path))
+    fail_write(path, "it is a device or a pipe, not a file", "A mesh is read back from where it was written: name a file.");
   if (path.filename().empty()) fail_write(path, EISDIR);
   const fs::path resolved = resolve(path);
   const fs::path folder = folder_of(resolved);
@@ -122,21 +170,35 @@ void require_writable(const fs::path& path) {
   struct stat info {};
   if (::stat(folder.c_str(), &info) != 0) fail_write(path, errno);
   if (!S_ISDIR(info.st_mode)) fail_write(path, ENOTDIR);
-  const auto old = replaceable(path, resolved);  // also finds a name that is too long
-  if (old && !S_ISREG(old->st_mode))
-    fail_write(path, "it is a device or a pipe, not a file", "A mesh is read back from where it was written: name a file.");
+  replaceable(path, resolved);  // also finds a name that is too long
   if (::access(folder.c_str(), W_OK | X_OK) != 0) fail_write(path, errno);
 }
 
+bool is_stream(const fs::path& path) {
+  struct stat info {};
+  return descriptor_named(path) || (::stat(path.c_str(), &info) == 0 && !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode));
+}
+
+void remove_unfinished(const fs::path& target) {
+  remove_hidden(target, [own = ::getpid()](long long process, const struct stat&) { return process == own; });
+}
+
+void remove_abandoned(const fs::path& target, std::int64_t before) {
+  remove_hidden(target, [before](long long process, const struct stat& info) {
+    return info.st_uid == ::geteuid() && info.st_mtime < before && ::kill(static_cast<pid_t>(process), 0) != 0 && errno == ESRCH;
+  });
+}
+
 void write_text_file(const fs::path& path, const std::string& text) {
-  const fs::path resolved = resolve(path);
-  if (const auto old = replaceable(path, resolved); old && !S_ISREG(old->st_mode)) {
-    Descriptor device(::open(resolved.c_str(), O_WRONLY | O_CLOEXEC));
-    int error = device.get() < 0 ? errno : write_all(device.get(), text);
-    if (const int close_error = device.close(); error == 0) error = close_error;
+  if (is_stream(path)) {
+    const auto named = descriptor_named(path);
+    Descriptor stream(named ? ::dup(*named) : ::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+    int error = stream.get() < 0 ? errno : write_all(stream.get(), text);
+    if (const int close_error = stream.close(); error == 0) error = close_error;
     if (error != 0) fail_write(path, error);
     return;
   }
+  const fs::path resolved = resolve(path);
   put_in_place(path, write_beside(path, resolved, text), resolved);
 }
 

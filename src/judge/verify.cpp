@@ -426,6 +426,7 @@ Figures state_figures(const Mesh& mesh, const FloatSpec& spec, const Limits& lim
 }
 
 Verdict verify(const Mesh& delivered, const Mesh* original, const Spec& spec, const Limits& limits, const Progress& progress) {
+  require_size(delivered);
   return std::visit([&](const auto& s) -> Verdict { return verify(delivered, original, s, limits, progress); }, spec);
 }
 

@@ -300,7 +300,7 @@ Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progres
   }
   surface.outer = part(mesh, outer_triangles);
   progress.check();
-  const TrianglePairs close = close_pairs(mesh);
+  const TrianglePairs close = close_pairs(mesh, progress);
   progress.check();
   count_crossings(mesh, close, is_outer, verdict);
   if (Surface::closed(verdict) && verdict.crossing_triangles == 0)

@@ -113,9 +113,9 @@ std::string Body::nothing_inside(const Discretisation& options, const Progress& 
   const Eigen::Vector3d size = bounding_box(outer).sizes();
   std::string text = "Nothing remains inside a wall of " + number(options.wall_mm, 2) + " mm: the deepest point, at (" +
                      number(at.x(), 2) + ", " + number(at.y(), 2) + ", " + number(at.z(), 2) + "), is only " +
-                     number(deepest.distance_mm, 3) + " mm from the surface";
+                     shown(deepest.distance_mm, 3) + " mm from the surface";
   if (deepest.distance_mm > options.wall_mm) text += " and the room around it is too small to print";
-  return text + ". The body measures " + number(size.x(), 2) + " x " + number(size.y(), 2) + " x " + number(size.z(), 2) +
+  return text + ". The body measures " + shown(size.x(), 4) + " x " + shown(size.y(), 4) + " x " + shown(size.z(), 4) +
          " mm: if that is not what you meant, set the unit (--unit) or the size (--size).";
 }
 

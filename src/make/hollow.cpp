@@ -4,6 +4,7 @@
 #include "make/as_printed.h"
 #include "make/plan.h"
 #include "rayrep/base/error.h"
+#include "rayrep/mesh/mesh_check.h"
 
 namespace rayrep {
 namespace detail {
@@ -77,6 +78,7 @@ Settings settings(HollowOptions& options, const Spec& spec) {
 HollowResult hollow(const Mesh& solid, const Spec& spec, const HollowOptions& options, const Progress& progress) {
   detail::check(options, spec);
   std::visit([](const auto& s) { check(s, Setting::For::making); }, spec);
+  require_size(solid);
   if (const TargetSpec* target = std::get_if<TargetSpec>(&spec))
     if (const auto result = detail::hollow_determined(solid, *target, options, progress)) {
       if (!options.as_printed) return *result;

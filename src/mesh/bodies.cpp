@@ -32,7 +32,7 @@ Components bodies_of(const Mesh& mesh, const Progress& progress) {
   if (parts.count < 2) return parts;
   UnionFind bodies(parts.count);
   std::size_t looked_at = 0;
-  for (const auto& [s, t] : close_pairs(mesh)) {
+  for (const auto& [s, t] : close_pairs(mesh, progress)) {
     if (++looked_at % 4096 == 0) progress.check();
     const int a = parts.of_triangle[s];
     const int b = parts.of_triangle[t];

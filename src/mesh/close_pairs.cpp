@@ -8,8 +8,10 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numbers>
 
 #include "mesh/mesh_edges.h"
 
@@ -184,36 +186,47 @@ private:
   std::array<double, 3> outward_clear2_;
 };
 
+constexpr std::ptrdiff_t kSmallFan = 16;  // at most so many triangles
+
+/// A triangle as seen from one of its corners.
+struct Sector {
+  int triangle;
+  int from, to;  // the other corners, counter-clockwise
+  Vector3d a, b, normal;
+
+  Sector() = default;
+  Sector(const Mesh& mesh, int corner) : triangle(corner / 3) {
+    const Vector3i& t = mesh.triangles[triangle];
+    const Vector3d& v = mesh.vertices[t[corner % 3]];
+    from = t[(corner % 3 + 1) % 3];
+    to = t[(corner % 3 + 2) % 3];
+    a = mesh.vertices[from] - v;
+    b = mesh.vertices[to] - v;
+    normal = a.cross(b);
+  }
+
+  /// True when it faces a direction and is wider than rounding.
+  bool faces(const Vector3d& direction) const {
+    const double facing = normal.dot(direction);
+    return facing > 0 && facing * facing > 1e-12 * direction.squaredNorm() * a.squaredNorm() * b.squaredNorm();
+  }
+};
+
 /// See open_fans.
-/// @param begin, end  the corners at v
-bool is_open_fan(const Mesh& mesh, int v, const int* begin, const int* end) {
-  constexpr std::ptrdiff_t kMost = 16;
+/// @param begin, end  the corners at a vertex
+bool is_open_fan(const Mesh& mesh, const int* begin, const int* end) {
   const std::ptrdiff_t count = end - begin;
-  if (count < 3 || count > kMost) return false;
-  struct Sector {
-    int from, to;  // the other corners, counter-clockwise
-    Vector3d a, b, normal;
-  };
-  std::array<Sector, kMost> sectors;
+  if (count < 3 || count > kSmallFan) return false;
+  std::array<Sector, kSmallFan> sectors;
   Vector3d sum = Vector3d::Zero();
   for (std::ptrdiff_t n = 0; n < count; ++n) {
-    const Vector3i& t = mesh.triangles[begin[n] / 3];
-    const int k = begin[n] % 3;
-    Sector& s = sectors[n];
-    s.from = t[(k + 1) % 3];
-    s.to = t[(k + 2) % 3];
-    s.a = mesh.vertices[s.from] - mesh.vertices[v];
-    s.b = mesh.vertices[s.to] - mesh.vertices[v];
-    s.normal = s.a.cross(s.b);
-    sum += s.normal;
+    sectors[n] = Sector(mesh, begin[n]);
+    sum += sectors[n].normal;
   }
-  // All are wider than rounding, and each begins where the one before it ends.
-  const double sum2 = sum.squaredNorm();
+  // Each begins where the one before it ends.
   std::ptrdiff_t at = 0;
   for (std::ptrdiff_t n = 0; n < count; ++n) {
-    const Sector& s = sectors[n];
-    const double facing = s.normal.dot(sum);
-    if (!(facing > 0 && facing * facing > 1e-12 * sum2 * s.a.squaredNorm() * s.b.squaredNorm())) return false;
+    if (!sectors[n].faces(sum)) return false;
     const int next = sectors[at].to;
     at = 0;
     while (at < count && sectors[at].from != next) ++at;
@@ -231,14 +244,78 @@ bool is_open_fan(const Mesh& mesh, int v, const int* begin, const int* end) {
 
 /// For each vertex whether the triangles around it meet nowhere else than in their common sides: seen along one direction they all
 /// face the viewer and go round the vertex once.
-std::vector<char> open_fans(const Mesh& mesh) {
-  const VertexCorners at(mesh);
+std::vector<char> open_fans(const Mesh& mesh, const VertexCorners& at) {
   std::vector<char> open(mesh.vertices.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, open.size(), 1024), [&](const tbb::blocked_range<std::size_t>& range) {
     for (std::size_t v = range.begin(); v < range.end(); ++v)
-      open[v] = is_open_fan(mesh, static_cast<int>(v), at.corners.data() + at.first[v], at.corners.data() + at.first[v + 1]);
+      open[v] = is_open_fan(mesh, at.corners.data() + at.first[v], at.corners.data() + at.first[v + 1]);
   });
   return open;
+}
+
+/// The longest row of sectors each of which begins where the one before it ends; empty where two begin alike.
+std::vector<Sector> longest_row(std::vector<Sector> sectors) {
+  std::sort(sectors.begin(), sectors.end(), [](const Sector& a, const Sector& b) { return a.from < b.from; });
+  const auto alike = [](const Sector& a, const Sector& b) { return a.from == b.from; };
+  if (std::adjacent_find(sectors.begin(), sectors.end(), alike) != sectors.end()) return {};
+  constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+  const auto after = [&sectors](const Sector& s) {
+    const auto next =
+        std::lower_bound(sectors.begin(), sectors.end(), s.to, [](const Sector& other, int vertex) { return other.from < vertex; });
+    return next != sectors.end() && next->from == s.to ? static_cast<std::size_t>(next - sectors.begin()) : kNone;
+  };
+  std::vector<char> is_after(sectors.size(), 0);
+  for (const Sector& s : sectors)
+    if (const std::size_t next = after(s); next != kNone) is_after[next] = 1;
+  std::vector<char> visited(sectors.size(), 0);
+  std::vector<Sector> longest;
+  const auto follow = [&](std::size_t n) {
+    std::vector<Sector> row;
+    for (; n != kNone && !visited[n]; n = after(sectors[n])) {
+      visited[n] = 1;
+      row.push_back(sectors[n]);
+    }
+    if (row.size() > longest.size()) longest = std::move(row);
+  };
+  for (std::size_t n = 0; n < sectors.size(); ++n)  // rows that begin somewhere, then those that close
+    if (!is_after[n]) follow(n);
+  for (std::size_t n = 0; n < sectors.size(); ++n) follow(n);
+  return longest;
+}
+
+/// How far a row of sectors turns, seen against a direction that all of them face.
+double turned(const std::vector<Sector>& row, const Vector3d& direction) {
+  const Vector3d up = direction.normalized();
+  double angle = 0;
+  for (const Sector& s : row) angle += std::atan2(up.dot(s.normal), s.a.dot(s.b) - up.dot(s.a) * up.dot(s.b));
+  return angle;
+}
+
+/// Many triangles in a row around a vertex, such as the end of a cylinder: for each triangle the vertex, or -1. Those of the same
+/// vertex meet nowhere else than in their common sides: seen along one direction they all face the viewer and go round the vertex
+/// once at most.
+std::vector<int> large_fans(const Mesh& mesh, const VertexCorners& at) {
+  constexpr double kFull = 2 * std::numbers::pi;
+  constexpr double kRounding = 1e-6;
+  std::vector<int> fan_of(mesh.triangles.size(), -1);
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (at.first[v + 1] - at.first[v] <= kSmallFan) continue;
+    std::vector<Sector> sectors;
+    Vector3d sum = Vector3d::Zero();
+    for (int n = at.first[v]; n < at.first[v + 1]; ++n) {
+      sectors.emplace_back(mesh, at.corners[n]);
+      sum += sectors.back().normal;
+    }
+    std::erase_if(sectors, [&sum](const Sector& s) { return !s.faces(sum); });
+    const std::vector<Sector> row = longest_row(std::move(sectors));
+    if (row.size() <= kSmallFan) continue;
+    const double angle = turned(row, sum);
+    const bool closes = row.back().to == row.front().from;
+    if (closes ? std::abs(angle - kFull) > kRounding : angle > kFull - kRounding) continue;
+    for (const Sector& s : row)
+      if (fan_of[s.triangle] < 0) fan_of[s.triangle] = static_cast<int>(v);
+  }
+  return fan_of;
 }
 
 struct Group {
@@ -257,18 +334,26 @@ int longest_side(const Box& box) {
 
 class PairSearch {
 public:
-  explicit PairSearch(const Mesh& mesh)
-      : mesh_(mesh), clear_mm_(1e-9 * bounding_box(mesh).diagonal().norm()), open_fan_(open_fans(mesh)) {
+  explicit PairSearch(const Mesh& mesh) : mesh_(mesh), clear_mm_(1e-9 * bounding_box(mesh).diagonal().norm()) {
+    const VertexCorners at(mesh);
+    open_fan_ = open_fans(mesh, at);
+    large_fan_ = large_fans(mesh, at);
     build(boxes_of_triangles());
   }
 
-  std::vector<std::pair<int, int>> run() const {
+  std::vector<std::pair<int, int>> run(const Progress& progress) const {
+    constexpr std::size_t kBatch = 512;  // between two looks at the progress
     tbb::enumerable_thread_specific<std::vector<std::pair<int, int>>> found;
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, levels_[0].size(), 16), [&](const tbb::blocked_range<std::size_t>& range) {
-      std::vector<std::size_t> near;
-      auto& pairs = found.local();
-      for (std::size_t eight = range.begin(); eight < range.end(); ++eight) search(eight, near, pairs);
-    });
+    for (std::size_t begin = 0; begin < levels_[0].size(); begin += kBatch) {
+      progress.check();
+      const tbb::blocked_range<std::size_t> eights(begin, std::min(begin + kBatch, levels_[0].size()), 16);
+      tbb::parallel_for(eights, [&](const tbb::blocked_range<std::size_t>& range) {
+        std::vector<std::size_t> near;
+        auto& pairs = found.local();
+        for (std::size_t eight = range.begin(); eight < range.end(); ++eight) search(eight, near, pairs);
+      });
+    }
+    progress.check();
     std::vector<std::pair<int, int>> pairs;
     for (const auto& part : found) pairs.insert(pairs.end(), part.begin(), part.end());
     std::sort(pairs.begin(), pairs.end());
@@ -314,20 +399,26 @@ private:
       }
       // Triangles of like size to each other: a large one among small ones would make their box large.
       const auto size = static_cast<std::uint64_t>(std::bit_width(longest) / 2);
-      places[t] = {size << 3 * kBits | key, static_cast<int>(t)};
+      // Those of a large fan together: none of them is looked at with the others.
+      const auto fan = static_cast<std::uint64_t>(large_fan_[t] + 1);
+      places[t] = {fan << (3 * kBits + 4) | size << 3 * kBits | key, static_cast<int>(t)};
     });
-    sort_by_key(places, 3 * kBits + 4);
+    const int highest = *std::max_element(large_fan_.begin(), large_fan_.end());
+    sort_by_key(places, 3 * kBits + 4 + std::bit_width(static_cast<unsigned>(highest + 1)));
 
     // Where the curve jumps a group ends early.
     std::vector<Box> wholes;
-    int room = 0;  // left in the last group
+    std::vector<int> fans;  // of the groups
+    int room = 0;           // left in the last group
     for (const Place& place : places) {
       const Box& box = boxes[place.triangle];
       Box extended = wholes.empty() ? box : wholes.back();
       extended.extend(box);
-      if (room == 0 || longest_side(extended) > kSpan * longest_side(box)) {
+      const int fan = large_fan_[place.triangle];
+      if (room == 0 || fans.back() != fan || longest_side(extended) > kSpan * longest_side(box)) {
         groups_.emplace_back();
         wholes.push_back(box);
+        fans.push_back(fan);
         room = kGroup;
       } else {
         wholes.back() = extended;
@@ -336,14 +427,20 @@ private:
     }
     wholes_ = wholes;
     do {
+      fans_.push_back(fans);
       std::vector<Boxes>& level = levels_.emplace_back((wholes.size() + kGroup - 1) / kGroup);
       std::vector<Box> next(level.size());
+      std::vector<int> next_fans(level.size());
       for (std::size_t n = 0; n < wholes.size(); ++n) {
         level[n / kGroup].set(n % kGroup, wholes[n]);
         next[n / kGroup].extend(wholes[n]);
+        int& fan = next_fans[n / kGroup];
+        fan = n % kGroup == 0 || fan == fans[n] ? fans[n] : -1;
       }
       wholes = std::move(next);
+      fans = std::move(next_fans);
     } while (wholes.size() > 1);
+    fans_.push_back(fans);
   }
 
   /// The pairs of the triangles of eight groups with each other and with those of later groups.
@@ -356,11 +453,13 @@ private:
     Box box;
     for (std::size_t k = 0; k < kGroup; ++k) box.extend(levels_[0][eight].at(k));
     near.clear();
+    const int fan = fans_[1][eight];
     std::array<Node, kGroup * 24> stack;  // eight nodes a level, and more levels than can be
     std::size_t size = 0;
     stack[size++] = {levels_.size() - 1, 0};
     while (size > 0) {
       const Node node = stack[--size];
+      if (fan >= 0 && fans_[node.level + 1][node.index] == fan) continue;
       if (node.level == 0) {
         near.push_back(node.index);
         continue;
@@ -380,6 +479,7 @@ private:
   }
 
   void search(std::size_t group, std::size_t other, std::vector<std::pair<int, int>>& pairs) const {
+    if (fans_[0][group] >= 0 && fans_[0][group] == fans_[0][other]) return;
     const Group& here = groups_[group];
     const Group& there = groups_[other];
     const Box common = intersection(wholes_[group], wholes_[other]);
@@ -412,16 +512,18 @@ private:
   const Mesh& mesh_;
   double clear_mm_;             ///< larger distances from a plane are no rounding errors
   std::vector<char> open_fan_;  ///< of the vertices
+  std::vector<int> large_fan_;  ///< of the triangles
   std::vector<Group> groups_;
   std::vector<Box> wholes_;                 ///< of the groups
   std::vector<std::vector<Boxes>> levels_;  ///< of groups, of eight of these, ..., of one
+  std::vector<std::vector<int>> fans_;      ///< that all triangles are of, or -1: of groups, of eight of these, ..., of all
 };
 
 }  // namespace
 
-std::vector<std::pair<int, int>> close_pairs(const Mesh& mesh) {
+std::vector<std::pair<int, int>> close_pairs(const Mesh& mesh, const Progress& progress) {
   if (mesh.triangles.empty()) return {};
-  return PairSearch(mesh).run();
+  return PairSearch(mesh).run(progress);
 }
 
 }  // namespace rayrep

@@ -307,7 +307,7 @@ struct PairCount {
 };
 
 void count_self_intersections(const Mesh& mesh, const std::vector<bool>& is_flat, MeshReport& report, const Progress& progress) {
-  const std::vector<std::pair<int, int>> pairs = close_pairs(mesh);
+  const std::vector<std::pair<int, int>> pairs = close_pairs(mesh, progress);
   const auto intersect = [&](const std::pair<int, int>& pair) {
     const auto [s, t] = pair;
     if (is_flat[s] || is_flat[t]) return false;
@@ -371,6 +371,22 @@ bool refuse_not_finite(const Mesh& mesh, MeshReport& report) {
                    " coordinates that are not finite numbers (NaN or infinity), first in " + where +
                    ". The file is damaged or was written wrongly: export the model again from the program that made it.";
   return true;
+}
+
+/// True when products of five coordinates, which moments are made of, may be no numbers any more.
+bool refuse_out_of_reach(const Mesh& mesh, MeshReport& report) {
+  constexpr double kMost = 1e50;
+  for (const Vector3i& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const Vector3d& p = mesh.vertices[t[k]];
+      if (p.cwiseAbs().maxCoeff() <= kMost) continue;
+      report.refusal =
+          concat("A corner lies at ", shown(p),
+                 ": so far away nothing can be computed. The file is damaged, or was written with a wrong unit: export "
+                 "the model again from the program that made it.");
+      return true;
+    }
+  return false;
 }
 
 std::string not_closed_refusal(const Gaps& gaps, const Defect& one_sided) {
@@ -440,7 +456,7 @@ CheckedMesh examined(const Mesh& mesh, const CheckOptions& options, const Progre
   }
   for ([[maybe_unused]] const auto& t : mesh.triangles)
     assert(t.minCoeff() >= 0 && t.maxCoeff() < static_cast<int>(mesh.vertices.size()));
-  if (refuse_not_finite(mesh, report)) {
+  if (refuse_not_finite(mesh, report) || refuse_out_of_reach(mesh, report)) {
     checked.mesh = mesh;
     return checked;
   }
@@ -573,6 +589,23 @@ CheckedMesh check_mesh(const Mesh& mesh, const CheckOptions& options, const Prog
   }
   report.refusal += concat(" ", kHowToRepair);
   return checked;
+}
+
+void require_size(const Mesh& mesh, const std::string& name) {
+  constexpr double kFurthest_mm = 1e12;
+  if (mesh.triangles.empty()) return;
+  const Eigen::AlignedBox3d box = bounding_box(mesh);
+  const double longest = box.sizes().maxCoeff();
+  const std::string begin = name.empty() ? "" : name + ": ";
+  if (!(longest >= kSmallestBody_mm && longest <= kLargestBody_mm))
+    throw Error(ErrorCode::input, concat(begin, "The longest side is ", shown(longest, 3), " mm, and must lie between ",
+                                         shown(kSmallestBody_mm), " mm and ", shown(kLargestBody_mm / 1e6),
+                                         " km. Say what the file's numbers mean (--unit), or the size that you want (--size)."));
+  const double furthest = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
+  if (!(furthest <= kFurthest_mm))
+    throw Error(ErrorCode::input,
+                concat(begin, "It lies ", shown(furthest, 3), " mm from the origin, where numbers are too coarse ",
+                       "for it. Move the model to the origin and export it again."));
 }
 
 CheckedMesh require_solid(const Mesh& mesh, const std::string& name, const CheckOptions& options, const Progress& progress) {

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <new>
 #include <utility>
 
 #include "rayrep/base/error.h"
@@ -131,16 +132,19 @@ bool closest_callback(RTCPointQueryFunctionArguments* args) {
 struct Device {
   RTCDevice handle = rtcNewDevice(nullptr);
   Device() {
-    if (!handle)
-      throw Error(ErrorCode::internal, "Embree could not be started (error " + std::to_string(rtcGetDeviceError(nullptr)) + ").");
+    if (handle) return;
+    const RTCError error = rtcGetDeviceError(nullptr);  // which forgets it
+    if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+    throw Error(ErrorCode::internal, "Embree could not be started (error " + std::to_string(error) + ").");
   }
   ~Device() { rtcReleaseDevice(handle); }
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
 
   void check() const {
-    if (const RTCError error = rtcGetDeviceError(handle); error != RTC_ERROR_NONE)
-      throw Error(ErrorCode::internal, "Embree reported error " + std::to_string(error) + ".");
+    const RTCError error = rtcGetDeviceError(handle);
+    if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+    if (error != RTC_ERROR_NONE) throw Error(ErrorCode::internal, "Embree reported error " + std::to_string(error) + ".");
   }
 };
 
@@ -164,6 +168,10 @@ struct SurfaceQuery::Impl {
         rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
     auto* indices = static_cast<unsigned*>(
         rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), mesh.triangles.size()));
+    if ((!vertices && !mesh.vertices.empty()) || (!indices && !mesh.triangles.empty())) {
+      rtcReleaseGeometry(geometry);
+      throw std::bad_alloc();
+    }
     for (std::size_t n = 0; n < mesh.vertices.size(); ++n)
       for (int k = 0; k < 3; ++k)
         vertices[3 * n + static_cast<std::size_t>(k)] = static_cast<float>(mesh.vertices[n][k] - centre[k]);

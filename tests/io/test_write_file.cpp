@@ -1,9 +1,13 @@
 // Writing all of a file or nothing, and finding out beforehand whether that can work.
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -132,6 +136,57 @@ TEST_F(WriteFile, LinksStayLinksAndPermissionsStay) {
     fs::remove(folder_ / "link.obj");
     fs::remove(folder_ / "twice.obj");
   }
+}
+
+TEST_F(WriteFile, WhatKilledRunsHaveLeftIsRemovedWhenItIsOld) {
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) _exit(0);
+  ASSERT_EQ(waitpid(child, nullptr, 0), child);
+  const std::string dead = std::to_string(child);
+  const std::string living = std::to_string(getppid());
+  const auto hour_ago = fs::file_time_type::clock::now() - std::chrono::hours(1);
+  const std::vector<std::string> gone = {".rayrep-" + dead + "-0.stl", ".rayrep-" + dead + "-12", ".rayrep-" + dead + "-3.json"};
+  const std::vector<std::string> kept = {".rayrep-" + living + "-0.stl", ".rayrep-" + dead + ".stl", "rayrep-" + dead + "-0.stl",
+                                         ".rayrep-" + dead + "-x.stl",   ".rayrep--1-0.stl",         ".rayrep-" + dead + "-0x.stl"};
+  for (const auto& names : {gone, kept})
+    for (const std::string& name : names) fs::last_write_time(put(name, "", 0600), hour_ago);
+  fs::create_directory(folder_ / (".rayrep-" + dead + "-7"));
+  fs::create_symlink("elsewhere", folder_ / (".rayrep-" + dead + "-8"));
+  const fs::path young = put(".rayrep-" + dead + "-1.stl", "", 0600);
+  const std::size_t before = entries();
+  remove_abandoned(folder_ / "no" / "such.stl", std::time(nullptr));
+  remove_abandoned(folder_ / "out.stl", std::time(nullptr) - 7200);
+  EXPECT_EQ(entries(), before);
+  remove_abandoned(folder_ / "out.stl", std::time(nullptr) - 1800);
+  EXPECT_EQ(entries(), before - gone.size());
+  for (const std::string& name : kept) EXPECT_TRUE(fs::exists(folder_ / name)) << name;
+  EXPECT_TRUE(fs::exists(young));
+
+  PendingFile pending(folder_ / "out.stl");
+  pending.write(test::box({0, 0, 0}, {1, 2, 3}));
+  EXPECT_TRUE(fs::exists(pending.path()));
+  remove_unfinished(folder_ / "other.stl");
+  EXPECT_FALSE(fs::exists(pending.path()));
+  EXPECT_EQ(entries(), before - gone.size());
+}
+
+TEST_F(WriteFile, StreamsAreWrittenToAndNotReplaced) {
+  const fs::path path = put("stream", "first ", 0644);
+  const int fd = ::open(path.c_str(), O_WRONLY | O_APPEND);
+  for (const char* folder : {"/dev/fd/", "/proc/self/fd/", "/dev/../dev/fd/"}) {
+    const fs::path name = folder + std::to_string(fd);
+    EXPECT_TRUE(is_stream(name));
+    write_text_file(name, "more ");
+    EXPECT_NE(refused([&] { require_writable(name); }).find("not a file"), std::string::npos);
+  }
+  ::close(fd);
+  EXPECT_EQ(slurp(path), "first more more more ");
+  refused([&] { write_text_file("/dev/fd/" + std::to_string(fd), "x"); });  // closed
+  for (const char* name : {"/dev/stdout", "/dev/stderr", "/dev/null", "/dev/full"}) EXPECT_TRUE(is_stream(name)) << name;
+  for (const fs::path& name : {path, folder_, folder_ / "nothing", fs::path("stdout"), fs::path("/dev/fd/"), fs::path("/dev/fd/x")})
+    EXPECT_FALSE(is_stream(name)) << name;
+  refused([] { write_text_file("/dev/full", "x"); });
 }
 
 TEST_F(WriteFile, APendingFileIsJudgedBeforeItHasItsName) {

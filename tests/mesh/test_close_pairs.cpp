@@ -90,6 +90,44 @@ TEST(ClosePairs, OfTrianglesThatShareAnyCorners) {
   EXPECT_GT(met, 10000u);
 }
 
+TEST(ClosePairs, OfLargeFans) {
+  // Rows of many triangles about a vertex: flat, as cones and waves, of part of a turn to several turns, some turned over, with
+  // others across them.
+  Random random(3);
+  std::size_t met = 0;
+  for (int n = 0; n < 60; ++n) {
+    const int count = 20 + static_cast<int>(100 * random.uniform());
+    const double turns = n % 3 == 0 ? 1 : random.uniform(0.2, n % 3 == 1 ? 1.0 : 2.5);
+    const bool closes = n % 3 == 0;
+    const double wave = n % 4 == 0 ? 0 : random.uniform(0, 2);
+    Mesh mesh;
+    mesh.vertices.emplace_back(0, 0, n % 5 == 0 ? 3 : 0);
+    for (int k = 0; k < count + (closes ? 0 : 1); ++k) {
+      const double angle = 2 * kPi * turns * k / count;
+      const double radius = n % 2 == 0 ? 10 : random.uniform(1, 10);
+      mesh.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), wave * std::sin(7 * angle));
+    }
+    for (int k = 0; k < count; ++k) {
+      const int next = 1 + (closes ? (k + 1) % count : k + 1);
+      const bool over = n % 7 == 6 && random.uniform() < 0.1;
+      mesh.triangles.emplace_back(0, over ? next : 1 + k, over ? 1 + k : next);
+    }
+    for (int k = 0; k < n % 6; ++k) append(mesh, moved(icosphere(3, 1), 8 * random_point(random) - Vector3d(4, 4, 4)));
+    for (std::size_t t = mesh.triangles.size() - 1; t > 0; --t)
+      std::swap(mesh.triangles[t], mesh.triangles[static_cast<std::size_t>(random.uniform() * static_cast<double>(t))]);
+    met += expect_all_found(rotated(mesh, random_rotation(static_cast<std::uint64_t>(n))), "fan " + std::to_string(n));
+  }
+  EXPECT_GT(met, 1000u);
+}
+
+TEST(ClosePairs, OfAFanAreFew) {
+  // The ends of a cylinder: every box there meets thousands of others.
+  for (const double height : {2.0, 1e-3}) {
+    const Mesh mesh = cylinder(20, height, 3000);
+    EXPECT_LT(close_pairs(mesh).size(), 20 * mesh.triangles.size()) << height;
+  }
+}
+
 TEST(ClosePairs, OfClosedBodiesThatCross) {
   Random random(4);
   for (std::uint64_t seed = 0; seed < 4; ++seed) {

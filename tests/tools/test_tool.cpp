@@ -597,24 +597,87 @@ TEST_F(Tool, WriteErrorsAre6) {
   EXPECT_NE(result.err.find("no/such/folder"), std::string::npos) << result.err;
 }
 
-TEST_F(Tool, InterruptIs130AndLeavesNothing) {
+TEST_F(Tool, InterruptIs128AndTheSignalAndLeavesNothing) {
   std::ofstream(folder_ / "egg_float.stl") << "old";
-  const pid_t child = fork();
-  ASSERT_GE(child, 0);
-  if (child == 0) {
-    if (chdir(folder_.c_str()) != 0) _exit(99);
-    execl(RAYREP_TOOL, "rayrep", "float", "egg.stl", "--size", "200", "--resolution", "1000", "--quiet",
-          static_cast<char*>(nullptr));
-    _exit(98);
+  for (const auto& [signal, code] : {std::pair(SIGINT, 130), std::pair(SIGTERM, 143), std::pair(SIGHUP, 129)}) {
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      if (chdir(folder_.c_str()) != 0) _exit(99);
+      execl(RAYREP_TOOL, "rayrep", "float", "egg.stl", "--size", "200", "--resolution", "1000", "--quiet",
+            static_cast<char*>(nullptr));
+      _exit(98);
+    }
+    usleep(700000);
+    kill(child, signal);
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), code);
+    EXPECT_EQ(text_of(folder_ / "egg_float.stl"), "old");
+    EXPECT_EQ(new_files(), std::vector<std::string>{"egg_float.stl"});
   }
-  usleep(700000);
-  kill(child, SIGINT);
-  int status = 0;
-  ASSERT_EQ(waitpid(child, &status, 0), child);
-  ASSERT_TRUE(WIFEXITED(status));
-  EXPECT_EQ(WEXITSTATUS(status), 130);
-  EXPECT_EQ(text_of(folder_ / "egg_float.stl"), "old");
-  EXPECT_EQ(new_files(), std::vector<std::string>{"egg_float.stl"});
+}
+
+TEST_F(Tool, WhatIsPrintedDoesNothingToATerminal) {
+  fs::rename(folder_ / "egg.stl", folder_ / "e\x1b[31mg.stl");
+  for (const char* arguments : {"inspect e\x1b[31mg.stl", "inspect \x1b[2J.stl", "float e\x1b[31mg.stl --resolution 30 -v",
+                                "float e\x1b[31mg.stl --waterline \x1b[2J", "\x1b[2J", "float e\x1b[31mg.stl --up \xc2\x9b"}) {
+    const Run told = run(arguments);
+    EXPECT_EQ((told.out + told.err).find('\x1b'), std::string::npos) << arguments;
+    EXPECT_EQ((told.out + told.err).find("\xc2\x9b"), std::string::npos) << arguments;
+    EXPECT_NE((told.out + told.err).find("\\x"), std::string::npos) << told.out << told.err;
+  }
+  fs::rename(folder_ / "e\x1b[31mg.stl", folder_ / "egg.stl");
+}
+
+TEST_F(Tool, SizesOutOfReachAreRefused) {
+  for (const char* size : {"1e-300", "1e-4", "1e7", "1e300", "0", "-1", "nan"}) {
+    const Run refused = run("inspect egg.stl --size " + std::string(size));
+    EXPECT_EQ(refused.code, 2) << size;
+    EXPECT_NE(refused.err.find("0.001 and 1e+06"), std::string::npos) << refused.err;
+  }
+  for (const double factor : {1e-300, 1e-10, 1e6, 1e100, 1e300}) {
+    Mesh egg = uv_ellipsoid(30, 22, 16, 24);
+    for (auto& v : egg.vertices) v *= factor;
+    write_mesh(folder_ / "sized.obj", egg);
+    for (const char* command : {"inspect", "float", "verify"}) {
+      const Run refused = run(command + std::string(" sized.obj"));
+      EXPECT_EQ(refused.code, 3) << command << " " << factor << " " << refused.err;
+      EXPECT_EQ(refused.err.find("nan"), std::string::npos) << refused.err;
+    }
+  }
+}
+
+TEST_F(Tool, MemoryToReadAMeshIsAnOption) {
+  write_mesh(folder_ / "fine.3mf", icosphere(10, 6));
+  const Run refused = run("inspect fine.3mf --memory 2MB");
+  EXPECT_EQ(refused.code, 3);
+  EXPECT_NE(refused.err.find("2 MB"), std::string::npos) << refused.err;
+  EXPECT_EQ(run("inspect fine.3mf --memory 0.5GB").code, 0);
+  for (const char* wrong : {"5", "GB", "-1GB", "0MB", "1e9GB", "5 bytes"})
+    EXPECT_EQ(run("inspect egg.stl --memory '" + std::string(wrong) + "'").code, 2) << wrong;
+}
+
+TEST_F(Tool, ASummaryThatCannotBePrintedIsToldApartFromTheMesh) {
+  const std::string command = "cd '" + folder_.string() + "' && '" RAYREP_TOOL "' float egg.stl --resolution 30 ";
+  for (const char* where : {">/dev/full", ">&-"}) {
+    fs::remove(folder_ / "egg_float.stl");
+    const int status = std::system((command + where + " 2>.err").c_str());
+    EXPECT_EQ(WEXITSTATUS(status), 6) << where;
+    const std::string told = text_of(folder_ / ".err");
+    EXPECT_NE(told.find("the mesh is verified and in place: egg_float.stl"), std::string::npos) << told;
+    EXPECT_EQ(run("verify egg_float.stl").code, 0);
+  }
+}
+
+TEST_F(Tool, ReportsGoWhereStandardOutputGoes) {
+  const std::string command = "cd '" + folder_.string() + "' && '" RAYREP_TOOL "' float egg.stl --resolution 30 --report ";
+  for (const char* where : {"/dev/stdout -q | cat >r.json", "/dev/fd/3 3>r.json >/dev/null", "/dev/stdout -q >r.json"}) {
+    fs::remove(folder_ / "r.json");
+    ASSERT_EQ(std::system((command + where).c_str()), 0) << where;
+    EXPECT_EQ(nlohmann::json::parse(text_of(folder_ / "r.json"))["command"], "float") << where;
+  }
 }
 
 TEST_F(Tool, BodiesThatDoNotTouchAreRefusedUnlessHeldTogether) {

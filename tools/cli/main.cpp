@@ -1,25 +1,41 @@
-#include <atomic>
-#include <csignal>
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <new>
 
+#include "interrupt.h"
 #include "options.h"
 #include "rayrep/base/error.h"
 #include "run.h"
 
 namespace {
 
-std::atomic<bool> interrupted{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "used in a signal handler");
+using rayrep::tool::is_interrupted;
+using rayrep::tool::printable;
 
-/// The first signal asks the computation to stop; a second one ends the process.
-void on_signal(int signal) {
-  interrupted = true;
-  std::signal(signal, SIG_DFL);
+constexpr const char* kOutOfMemory =
+    "Out of memory: try a lower --resolution or a mesh of fewer triangles, or let it have more (ulimit -v).";
+
+/// Of an exception that can be caught nowhere, as in a thread that could not be started.
+[[noreturn]] void on_terminate() {
+  std::string text = "Internal error: it ended unexpectedly.";
+  try {
+    if (const std::exception_ptr error = std::current_exception()) std::rethrow_exception(error);
+  } catch (const std::bad_alloc&) {
+    text = kOutOfMemory;
+  } catch (const std::exception& error) {
+    text = "Internal error, or out of memory: " + printable(error.what());
+  } catch (...) {
+  }
+  text = "rayrep: " + text + "\n";
+  if (::write(STDERR_FILENO, text.data(), text.size()) < 0) {
+    // there is nobody to tell
+  }
+  _exit(static_cast<int>(rayrep::ErrorCode::internal));
 }
-
-bool is_interrupted() { return interrupted.load(); }
 
 /// A hollowing that was refused for its goal; on request one that was refused for its mesh.
 bool can_be_advised(const rayrep::tool::Options& options, const rayrep::Error& error) {
@@ -35,7 +51,7 @@ void advise(int argc, char** argv, const rayrep::tool::Options& options) {
   try {
     const rayrep::Advice advice = rayrep::tool::advise(options, is_interrupted, [&](const rayrep::Suggestion& found) {
       const std::string line = rayrep::tool::suggested(argc, argv, found);
-      std::cerr << "  " << found.change << ":  " << line << std::endl;
+      std::cerr << "  " << found.change << ":  " << printable(line) << std::endl;
       if (options.suggest) std::cout << line << std::endl;
     });
     if (advice.suggestions.empty())
@@ -47,31 +63,38 @@ void advise(int argc, char** argv, const rayrep::tool::Options& options) {
   }
 }
 
+/// What is closed of standard input, output and error is kept from becoming one of the files that are opened: writing to it fails.
+void reserve_standard_streams() {
+  for (int fd = 0; fd < 3; ++fd)
+    if (::fcntl(fd, F_GETFD) < 0 && ::open("/dev/null", O_RDONLY) < 0) return;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
-  std::signal(SIGXFSZ, SIG_IGN);  // a full quota is then an error of the write
+  reserve_standard_streams();
+  std::set_terminate(on_terminate);
+  rayrep::tool::handle_signals();
   try {
     const rayrep::tool::Options options = rayrep::tool::parse_command_line(argc, argv);
     try {
       rayrep::tool::run(options, is_interrupted);
     } catch (const rayrep::Error& error) {
       if (!can_be_advised(options, error)) throw;
-      std::cerr << "rayrep: " << error.what() << std::endl;
+      std::cerr << "rayrep: " << printable(error.what()) << std::endl;
+      rayrep::tool::interrupted_with(static_cast<int>(error.code()));
       advise(argc, argv, options);
       return static_cast<int>(error.code());
     }
     return 0;
   } catch (const rayrep::Error& error) {
-    std::cerr << "rayrep: " << error.what() << "\n";
-    return static_cast<int>(error.code());
+    std::cerr << "rayrep: " << printable(error.what()) << "\n";
+    return error.code() == rayrep::ErrorCode::interrupted ? rayrep::tool::interrupted_exit_code() : static_cast<int>(error.code());
   } catch (const std::bad_alloc&) {
-    std::cerr << "rayrep: Out of memory: try a lower --resolution.\n";
+    std::cerr << "rayrep: " << kOutOfMemory << "\n";
     return static_cast<int>(rayrep::ErrorCode::internal);
   } catch (const std::exception& error) {
-    std::cerr << "rayrep: Internal error: " << error.what() << "\n";
+    std::cerr << "rayrep: Internal error: " << printable(error.what()) << "\n";
     return static_cast<int>(rayrep::ErrorCode::internal);
   }
 }

@@ -4,10 +4,12 @@
 #include <array>
 #include <boost/program_options.hpp>
 #include <cctype>
+#include <cstdio>
 #include <map>
 #include <set>
 
 #include "rayrep/base/error.h"
+#include "rayrep/mesh/mesh_check.h"
 #include "rayrep/report/report.h"
 
 namespace po = boost::program_options;
@@ -71,6 +73,29 @@ TextPlace path_place(std::filesystem::path& path) {
   return {[&path](const std::string& text) { path = text; }, [&path] { return path.empty() ? "none" : path.string(); }};
 }
 
+/// "2GB", "500 MB": powers of ten, as memory_words tells them.
+std::size_t parse_memory(const std::string& text) {
+  const std::size_t end = text.find_last_of("0123456789.") + 1;  // 0: there is no digit
+  std::size_t begin = end;
+  while (begin < text.size() && text[begin] == ' ') ++begin;
+  std::string unit = text.substr(begin);
+  std::transform(unit.begin(), unit.end(), unit.begin(), [](unsigned char c) { return std::tolower(c); });
+  static const std::map<std::string, double> kUnits = {{"kb", 1e3}, {"k", 1e3}, {"mb", 1e6},  {"m", 1e6},
+                                                       {"gb", 1e9}, {"g", 1e9}, {"tb", 1e12}, {"t", 1e12}};
+  const auto found = kUnits.find(unit);
+  if (found == kUnits.end()) usage_error("--memory takes a number with its unit, such as 500MB or 4GB; it is '" + text + "'.");
+  const double bytes = found->second * parse_number("memory", text.substr(0, end));
+  if (!(bytes >= 1e6 && bytes <= 1e15)) usage_error("--memory must lie between 1MB and 1000TB; it is '" + text + "'.");
+  return static_cast<std::size_t>(bytes);
+}
+
+std::string memory_words(std::size_t bytes) {
+  const bool giga = bytes >= 1'000'000'000;
+  char text[32];
+  std::snprintf(text, sizeof text, "%.15g%s", static_cast<double>(bytes) / (giga ? 1e9 : 1e6), giga ? "GB" : "MB");
+  return text;
+}
+
 Settings mesh_rows(Options& options) {
   static constexpr std::array<const char*, 4> kUnits = {"mm", "cm", "m", "in"};
   return {
@@ -85,8 +110,15 @@ Settings mesh_rows(Options& options) {
        .words = "scale so that the longest side is MM",
        .details = "",
        .place = &options.size_mm,
-       .range = Range::positive(),
+       .range = {.lo = kSmallestBody_mm, .hi = kLargestBody_mm, .open = false},
        .unset = "as it is"},
+      {.name = "memory",
+       .value = "SIZE",
+       .words = "take at most SIZE to read a mesh, as 500MB",
+       .details =
+           "Bounds the file, and what a 3MF file unpacks to with what is made of it. Others take up to five times their size.",
+       .place = TextPlace{[&options](const std::string& text) { options.memory_bytes = parse_memory(text); },
+                          [&options] { return memory_words(options.memory_bytes); }}},
       {.name = "repair",
        .value = "",
        .words = "close all holes of the surface, by a guess",
@@ -678,9 +710,37 @@ std::vector<Options> defaults_of_all_goals(const Syntax& syntax) {
 std::string quoted(const std::string& word) {
   const auto plain = [](unsigned char c) { return std::isalnum(c) || c == '.' || c == ',' || c == '/' || c == '_' || c == '-'; };
   if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return word;
+  if (printable(word) != word || word.find('\n') != std::string::npos) {
+    std::string text = "$'";
+    for (const char c : word) text += c == '\n' ? "\\n" : c == '\'' || c == '\\' ? std::string{'\\', c} : std::string(1, c);
+    return printable(text) + "'";
+  }
   std::string text = "'";
   for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return text + "'";
+}
+
+std::string printable(const std::string& text) {
+  std::string shown;
+  const auto escape = [&shown](unsigned char c) {
+    constexpr const char* kDigits = "0123456789abcdef";
+    shown += std::string("\\x") + kDigits[c / 16] + kDigits[c % 16];
+  };
+  for (std::size_t n = 0; n < text.size(); ++n) {
+    const auto c = static_cast<unsigned char>(text[n]);
+    // Of UTF-8 the control characters above ASCII are C2 80 to C2 9F.
+    const auto next = static_cast<unsigned char>(n + 1 < text.size() ? text[n + 1] : '\0');
+    if (c == 0xC2 && next >= 0x80 && next < 0xA0) {
+      escape(c);
+      escape(next);
+      ++n;
+    } else if ((c < 0x20 && c != '\n') || c == 0x7F) {
+      escape(c);
+    } else {
+      shown += text[n];
+    }
+  }
+  return shown;
 }
 
 std::string suggested(int argc, const char* const* argv, const Suggestion& suggestion) {
@@ -725,7 +785,7 @@ std::string judging_command(const Options& options, const Spec& spec, const std:
   std::string text = "rayrep verify " + quoted(output) + " --goal " + judging.goal;
   const std::vector<Group> now = groups_of(syntax, judging);
   const std::vector<Group> before = groups_of(syntax, usual);
-  static const std::set<std::string> kOther = {"unit",   "size",  "goal",    "each",    "original",
+  static const std::set<std::string> kOther = {"unit",   "size",  "memory",  "goal",    "each", "original",
                                                "report", "quiet", "verbose", "threads", "help"};
   for (std::size_t g = 0; g < now.size(); ++g)
     for (std::size_t n = 0; n < now[g].settings.size(); ++n) {

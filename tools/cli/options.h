@@ -26,6 +26,7 @@ struct Options {
   std::string text;  ///< of Command::text: help, version, man page, completion
 
   std::filesystem::path input;
+  std::size_t memory_bytes = ReadOptions{}.memory_bytes;  ///< to read a mesh
   LengthUnit unit = LengthUnit::millimetre;
   std::optional<double> size_mm;  ///< longest side
   bool repair = false;            ///< first aid closes holes, too, whose shape has to be guessed
@@ -95,8 +96,12 @@ std::string suggested(int argc, const char* const* argv, const Suggestion& sugge
 /// The command line that judges `output` by what it was made for.
 std::string judging_command(const Options& options, const Spec& spec, const std::string& output, bool with_original);
 
-/// As one word for a shell.
+/// As one word for a shell; control characters as bash's $'...' has them.
 std::string quoted(const std::string& word);
+
+/// With control characters but the ends of lines shown as \xNN: what is printed does nothing to a terminal, whatever a file
+/// and its name hold.
+std::string printable(const std::string& text);
 
 /// Help, man page (roff) and completion (bash), from the same rows.
 std::string overview();

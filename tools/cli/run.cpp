@@ -8,9 +8,12 @@
 #include <cctype>
 #include <chrono>
 #include <cstdio>
+#include <ctime>
 #include <iostream>
+#include <limits>
 #include <system_error>
 
+#include "interrupt.h"
 #include "measure.h"
 #include "rayrep/rayrep.h"
 
@@ -87,7 +90,7 @@ struct ReadMesh {
 ReadMesh read(const std::filesystem::path& path, const Options& options, CheckOptions check, const Progress& progress) {
   check.repair = options.repair;
   progress.begin("read");
-  const MeshFile file = read_mesh(path);
+  const MeshFile file = read_mesh(path, {.memory_bytes = options.memory_bytes});
   ReadMesh result;
   InputSummary& summary = result.summary;
   progress.begin("check");
@@ -107,6 +110,7 @@ ReadMesh read(const std::filesystem::path& path, const Options& options, CheckOp
   }
   if (factor != 1)
     for (auto& v : mesh.vertices) v *= factor;
+  if (result.checked.report.usable) require_size(mesh, path.string());
   summary.path = path.string();
   summary.format = file.format;
   summary.notes = file.notes;
@@ -123,7 +127,9 @@ void refuse_unusable(const ReadMesh& mesh) {
 }
 
 void write_report(const Options& options, const RunReport& report) {
-  if (!options.report.empty()) write_text_file(options.report, to_json(report));
+  if (options.report.empty()) return;
+  std::cout.flush();  // what was said before comes first where the report goes the same way
+  write_text_file(options.report, to_json(report));
 }
 
 /// What failed and the judge's explanation, for the message that goes with exit code 4: "(NAMES)END EXPLANATION".
@@ -164,18 +170,19 @@ void refuse_loose_bodies(const Options& options, ReadMesh& mesh, const Progress&
   mesh.summary.notes.push_back(count + ": taken as one rigid body, as --rigid says.");
 }
 
-/// Such as /dev/stdout.
-bool is_device(const std::filesystem::path& path) {
-  std::error_code ignored;
-  return std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored) &&
-         !std::filesystem::is_directory(path, ignored);
-}
-
-/// Finds out before the work that an output cannot be written. What is text may go to a device.
+/// Finds out before the work that an output cannot be written, and clears away what killed runs have left there. What is text may
+/// go to a device.
 void require_outputs(const Options& options) {
-  if (!options.output.empty()) require_writable(options.output);
+  constexpr std::int64_t kOld_s = 3600;
+  std::vector<std::filesystem::path> files;
+  if (!options.output.empty()) files.push_back(options.output);
   for (const auto& text : {options.report, options.urdf, options.mjcf, options.gcode})
-    if (!text.empty() && !is_device(text)) require_writable(text);
+    if (!text.empty() && !is_stream(text)) files.push_back(text);
+  for (const auto& file : files) {
+    require_writable(file);
+    remove_abandoned(file, std::time(nullptr) - kOld_s);
+  }
+  clean_up_beside(files);
 }
 
 /// The bodies of a mesh, in the order of the file.
@@ -207,7 +214,7 @@ std::vector<ReadMesh> bodies_in(const ReadMesh& mesh, const CheckOptions& check,
 
 /// "out.stl" for a body: "out-2.stl".
 std::filesystem::path numbered(const std::filesystem::path& path, std::size_t number) {
-  if (path.empty() || is_device(path)) return path;
+  if (path.empty() || is_stream(path)) return path;
   std::filesystem::path name = path.stem();
   name += "-" + std::to_string(number);
   name += path.extension();
@@ -246,7 +253,7 @@ void for_each_body(const Options& options, std::vector<ReadMesh> bodies, const P
       if (error.code() == ErrorCode::interrupted || error.code() == ErrorCode::internal) throw;
       stages.finish();
       std::cout.flush();
-      std::cerr << "rayrep: body " << n + 1 << " of " << bodies.size() << ": " << error.what() << std::endl;
+      std::cerr << "rayrep: body " << n + 1 << " of " << bodies.size() << ": " << printable(error.what()) << std::endl;
       worst = std::max(worst, error.code());
       ++failed;
     }
@@ -276,16 +283,14 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
     pending.write(body);
   }
   progress.begin("verify");
-  if (sliced)
-    report.after = sliced->judged(read_mesh(pending.path()).mesh, solid, report, progress);
-  else
-    report.after = verify(read_mesh(pending.path()).mesh, &solid, hollow.spec, {}, progress);
+  const Mesh delivered = read_mesh(pending.path(), {.memory_bytes = std::numeric_limits<std::size_t>::max()}).mesh;
+  report.after = sliced ? sliced->judged(delivered, solid, report, progress) : verify(delivered, &solid, hollow.spec, {}, progress);
   report.before = state_figures(solid, hollow.spec, {}, progress);
   report.timings_s = stages.finish();
   report.peak_memory_mb = peak_memory_mb();
   if (!report.after.pass()) {
     write_report(options, report);
-    if (!options.quiet) std::cout << to_text(report, options.verbose);
+    if (!options.quiet) std::cout << printable(to_text(report, options.verbose));
     const std::string jumps =
         sliced
             ? " After " + std::to_string(hollow.slices.size()) +
@@ -297,20 +302,22 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   }
   std::error_code ignored;
   const bool replaced = std::filesystem::exists(options.output, ignored);
+  progress.check();
+  const Uninterrupted whole(!options.each);
   pending.commit();
   if (sliced) sliced->deliver(hollow.best_slice);
   report.output = options.output.string();
   write_report(options, report);
   if (options.quiet) return;
-  std::cout << to_text(report, options.verbose);
+  std::cout << printable(to_text(report, options.verbose));
   if (options.verbose) {
     const bool alike = !options.each && (report.input.scale != 1 || report.input.mm_per_unit == 1 || report.input.format == "3MF");
-    std::cout << "\nto judge it again: " << judging_command(options, hollow.spec, report.output, alike) << "\n";
+    std::cout << "\nto judge it again: " << printable(judging_command(options, hollow.spec, report.output, alike)) << "\n";
   }
   char took[32];
   std::snprintf(took, sizeof took, "%.2f", report.timings_s.back().second);
-  std::cout << "VERIFIED: wrote " << report.output << ", " << report.delivered_triangles << " triangles, in " << took << " s"
-            << (replaced ? "; it replaced the file that was there" : "") << "\n"
+  std::cout << "VERIFIED: wrote " << printable(report.output) << ", " << report.delivered_triangles << " triangles, in " << took
+            << " s" << (replaced ? "; it replaced the file that was there" : "") << "\n"
             << printing_text(report);
 }
 
@@ -368,7 +375,7 @@ void tell_verdict(const Options& options, RunReport& report, Stages& stages) {
   report.timings_s = stages.finish();
   report.peak_memory_mb = peak_memory_mb();
   write_report(options, report);
-  if (!options.quiet) std::cout << to_text(report, options.verbose);
+  if (!options.quiet) std::cout << printable(to_text(report, options.verbose));
   if (!report.after.pass()) throw Error(ErrorCode::goal, "It does not meet the goal " + failures(report.after, "."));
   if (!options.quiet) std::cout << "VERIFIED\n";
 }
@@ -420,7 +427,7 @@ void run_measure(const Options& options, Stages& stages, const Progress& progres
   if (options.json)
     std::cout << to_json(measurement);
   else if (!options.quiet)
-    std::cout << to_text(measurement);
+    std::cout << printable(to_text(measurement));
   write_inertial(options, measurement.body);
 }
 
@@ -460,7 +467,7 @@ void run_inspect(const Options& options, Stages& stages, const Progress& progres
   if (options.json)
     std::cout << to_json(inspection);
   else if (!options.quiet)
-    std::cout << to_text(inspection);
+    std::cout << printable(to_text(inspection));
   refuse_unusable(input);
   write_inertial(options, *mass);
 }
@@ -524,7 +531,14 @@ void run(const Options& options, const std::function<bool()>& cancelled) {
       std::cout << options.text;
       break;
   }
-  if (!std::cout.flush()) throw Error(ErrorCode::write, "Cannot write to standard output.");
+  if (std::cout.flush()) return;
+  const bool delivered = options.command == Command::hollow;  // or an error would have been thrown
+  throw Error(
+      ErrorCode::write,
+      "Cannot write to standard output" +
+          (delivered && options.each ? ": only the summary is missing, the meshes are verified and in place."
+           : delivered ? ": only the summary is missing, the mesh is verified and in place: " + options.output.string() + "."
+                       : std::string(".")));
 }
 
 }  // namespace rayrep::tool

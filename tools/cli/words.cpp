@@ -125,7 +125,7 @@ constexpr const char* kEnding = R"(.SH EXIT STATUS
 Done; every criterion is met by the mesh that was written or judged.
 .TP
 .B 1
-A defect of rayrep, or out of memory.
+Out of memory, which is said, or a defect of rayrep.
 .TP
 .B 2
 The command line makes no sense.
@@ -140,10 +140,10 @@ The goal cannot be met, or the judged mesh does not meet it, with the numbers th
 The solver stopped before it converged.
 .TP
 .B 6
-An output cannot be written.
+An output cannot be written; the message says so when it is only standard output, and the mesh is in its place.
 .TP
-.B 130
-Interrupted.
+.B 130, 143, 129
+Interrupted by SIGINT, SIGTERM or SIGHUP, within a second. Nothing is left behind, and what stood in the output's place still does.
 .SH EXAMPLES
 .TP
 .B rayrep float examples/duck.stl \-\-fluid 1.0
@@ -183,6 +183,15 @@ what stays in it uncured is weighed, and the mesh is refused
 unless
 .B \-\-drained
 says that you will drain it and close it again. The powder that a powder printer leaves is not accounted for.
+.PP
+Outputs are written to a hidden file beside their place
+.RI ( .rayrep\-PID\-N )
+and get their name at the end. A run that was killed leaves its hidden file; a later run of the same user with an output in that folder
+removes it when it is older than an hour and the process is gone. A report, and texts for simulators, may go to a device, a pipe,
+.I /dev/stdout
+or
+.IR /dev/fd/N ;
+a mesh may not, as it is read back.
 .SH SEE ALSO
 docs/conventions.md and docs/theory.md in the source.
 )";
@@ -204,7 +213,8 @@ std::string overview() {
          "\n"
          "Reads STL, OBJ, PLY, OFF and 3MF; writes STL, OBJ, PLY and 3MF.\n"
          "Exit codes: 0 done and verified, 2 usage, 3 input cannot be used, 4 goal cannot be\n"
-         "met, 5 solver stopped, 6 cannot write, 130 interrupted, 1 internal error.\n";
+         "met, 5 solver stopped, 6 cannot write, 130 interrupted (143 by SIGTERM, 129 by\n"
+         "SIGHUP), 1 out of memory or internal error.\n";
 }
 
 std::string help_text(const Syntax& syntax) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
@@ -15,8 +16,20 @@ void require_writable(const std::filesystem::path& path);
 
 /// Writes text to a temporary file in the same folder, then renames: an existing file survives any failure. A symbolic link stays
 /// one, what it points to is replaced; permissions stay those of an existing file, also of a read-only one, which is refused.
-/// Devices and pipes are written to, not replaced. @throws Error{write}
+/// What is_stream is written to, not replaced. @throws Error{write}
 void write_text_file(const std::filesystem::path& path, const std::string& text);
+
+/// Whether what is written to `path` is not to be replaced: a device, a pipe, or a file that this process has open, by the names
+/// /dev/stdout, /dev/stderr, /dev/fd/N and /proc/self/fd/N.
+bool is_stream(const std::filesystem::path& path);
+
+/// Removes the hidden files that PendingFile and write_text_file of this process have not finished in the folder of `target`: for
+/// one that ends at once. Errors are none.
+void remove_unfinished(const std::filesystem::path& target);
+
+/// Removes those of other processes that were killed: of the same user, last changed before `before` (seconds since 1970), and
+/// without a process of their number. Errors are none.
+void remove_abandoned(const std::filesystem::path& target, std::int64_t before);
 
 /// A mesh file that is written beside its place, to be judged as it stands on the disk, and gets its name only with commit().
 /// Without it nothing is left behind. Links and permissions as for write_text_file; devices and pipes are refused.

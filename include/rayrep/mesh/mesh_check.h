@@ -89,6 +89,13 @@ CheckedMesh check_mesh(const Mesh& mesh, const CheckOptions& options = {}, const
 CheckedMesh require_solid(const Mesh& mesh, const std::string& name, const CheckOptions& options = {},
                           const Progress& progress = {});
 
+/// Longest sides of bodies that are hollowed or judged: outside, a unit is wrong.
+inline constexpr double kSmallestBody_mm = 1e-3;
+inline constexpr double kLargestBody_mm = 1e6;
+
+/// @throws Error{input} for a mesh in mm that is smaller or larger, or further than 1e12 mm from the origin; `name` comes first
+void require_size(const Mesh& mesh, const std::string& name = "");
+
 /// The boundary of the region of positive winding number of a closed mesh, as triangles that need not share vertices: those
 /// parts of the mesh's triangles that have winding number 1 on the inner and 0 on the outer side. Surface integrals over it are
 /// exact for the union of overlapping components, theory.md (18). A mesh whose components neither cross nor nest
