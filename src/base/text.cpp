@@ -2,6 +2,7 @@
 
 #include <cassert>
 #include <charconv>
+#include <cmath>
 #include <system_error>
 
 namespace rayrep {
@@ -37,7 +38,10 @@ void append_shortest(std::string& text, Number value) {
 
 }  // namespace
 
-std::string number(double value, int digits) { return formatted(value, std::chars_format::fixed, digits); }
+std::string number(double value, int digits) {
+  constexpr double readable = 1e15;
+  return std::abs(value) < readable || !std::isfinite(value) ? formatted(value, std::chars_format::fixed, digits) : shown(value);
+}
 
 std::string shown(double value, int digits) { return formatted(value, std::chars_format::general, digits); }
 

@@ -10,7 +10,7 @@
 
 namespace rayrep {
 
-/// With `digits` after the point, at most 40.
+/// With `digits` after the point, at most 40; from 1e15 on as `shown`.
 std::string number(double value, int digits);
 
 /// With `digits` significant digits, at most 40, and without trailing zeros; very large and small numbers with an exponent.

@@ -53,8 +53,7 @@ std::string Archive::read(const std::string& part, std::size_t most) const {
   zip_stat_init(&stat);
   zip_stat_index(archive_.get(), static_cast<zip_uint64_t>(index), 0, &stat);
   const std::size_t packed = (stat.valid & ZIP_STAT_COMP_SIZE) != 0 ? stat.comp_size : file_.bytes.size();
-  const std::size_t limit =
-      std::min({most, kMaxPartBytes, std::max(kFreeExpansionBytes, kMaxExpansion * std::min(packed, kMaxPartBytes))});
+  const std::size_t limit = std::min(kMaxPartBytes, std::max(kFreeExpansionBytes, kMaxExpansion * std::min(packed, kMaxPartBytes)));
   std::unique_ptr<zip_file_t, int (*)(zip_file_t*)> in(zip_fopen_index(archive_.get(), static_cast<zip_uint64_t>(index), 0),
                                                        zip_fclose);
   if (!in) fail_damaged(part, zip_strerror(archive_.get()));
@@ -65,6 +64,7 @@ std::string Archive::read(const std::string& part, std::size_t most) const {
     if (got < 0) fail_damaged(part, zip_file_strerror(in.get()));
     if (got == 0) return bytes;
     bytes.append(chunk.data(), static_cast<std::size_t>(got));
+    if (bytes.size() > most) return bytes;
     if (bytes.size() > limit)
       fail_read(file_, concat("part '", part, "'"),
                 concat("it unpacks to more than ", limit >> 20, " MiB from ", packed,

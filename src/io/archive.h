@@ -21,7 +21,7 @@ public:
   std::vector<std::string> names() const;
 
   /// The unpacked bytes of a part. @throws Error{input} if it is missing, damaged, encrypted or far too large.
-  /// @param most  bytes, besides the limits for any file
+  /// @param most  bytes: of a longer part a little more than that is given, for the caller to refuse
   std::string read(const std::string& part, std::size_t most) const;
 
   const FileBytes& file() const { return file_; }

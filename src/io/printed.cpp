@@ -35,7 +35,10 @@ std::string plate_of(const detail::FileBytes& file, std::size_t most_bytes) {
   if (plates.empty()) detail::fail_read(file, "", "the project holds no G-code. Slice it, and export the plate as a sliced file.");
   if (plates.size() > 1)
     detail::fail_read(file, "", concat("it holds the G-code of ", plates.size(), " plates. Export each plate by itself."));
-  return archive.read(plates.front(), most_bytes);
+  std::string bytes = archive.read(plates.front(), most_bytes);
+  if (bytes.size() > most_bytes)
+    detail::fail_read(file, "", concat("unpacked it is longer than the ", most_bytes / 1'000'000, " MB that a file is allowed."));
+  return bytes;
 }
 
 }  // namespace

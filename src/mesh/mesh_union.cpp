@@ -11,10 +11,12 @@
 #include <optional>
 #include <utility>
 
+#include "base/text.h"
 #include "base/union_find.h"
 #include "mesh/close_pairs.h"
 #include "mesh/mesh_edges.h"
 #include "mesh/predicates.h"
+#include "rayrep/base/error.h"
 #include "rayrep/mesh/mesh_check.h"
 #include "rayrep/mesh/surface_query.h"
 
@@ -287,6 +289,24 @@ private:
         cutters_[close_[i].first].push_back(close_[i].second);
         cutters_[close_[i].second].push_back(close_[i].first);
       }
+    refuse_thicket();
+  }
+
+  /// A triangle that k others cut falls into as many as k^2 / 2 pieces, as each cut runs on to its edge.
+  /// @throws Error{input} where that would take more than some seconds
+  void refuse_thicket() const {
+    constexpr double most_pieces = 3e7;
+    double pieces = 0;
+    std::size_t most_cuts = 0;
+    for (const auto& cutters : cutters_) {
+      pieces += 0.5 * static_cast<double>(cutters.size()) * static_cast<double>(cutters.size());
+      most_cuts = std::max(most_cuts, cutters.size());
+    }
+    if (pieces > most_pieces)
+      throw Error(ErrorCode::input,
+                  concat("Too many parts of the surface run through each other: single triangles are cut by up to ", most_cuts,
+                         " others, which would make some ", shown(pieces, 1),
+                         " pieces. Unite the parts in your modelling program, or leave some of them out."));
   }
 
   /// Calls body(i) for 0 <= i < count in parallel, with a look at the progress after every `batch`.
@@ -427,7 +447,7 @@ private:
     for (int t = 0; t < size(); ++t)
       if (!cutters_[t].empty()) cut.push_back(t);
     pieces_.resize(mesh_.triangles.size());
-    in_batches(cut.size(), 1 << 12, 8, [&](std::size_t i) {
+    in_batches(cut.size(), 64, 1, [&](std::size_t i) {
       const int t = cut[i];
       const Frame frame_t = frame(t);
       std::vector<Polygon> kept;

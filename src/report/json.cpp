@@ -17,6 +17,9 @@ Json vector(const Eigen::Ref<const Eigen::VectorXd>& v) {
   return array;
 }
 
+/// Names of files need not be UTF-8, JSON has to be.
+std::string dumped(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+
 Json matrix(const Eigen::Matrix3d& m) {
   Json rows = Json::array();
   for (Eigen::Index n = 0; n < 3; ++n) rows.push_back(vector(m.row(n).transpose()));
@@ -235,7 +238,7 @@ std::string to_json(const RunReport& report) {
   json["timings_s"] = Json::object();
   for (const auto& [stage, seconds] : report.timings_s) json["timings_s"][stage] = seconds;
   json["peak_memory_mb"] = report.peak_memory_mb;
-  return json.dump(2) + "\n";
+  return dumped(json);
 }
 
 std::string to_json(const Inspection& inspection) {
@@ -247,7 +250,7 @@ std::string to_json(const Inspection& inspection) {
   json["density_g_cm3"] = inspection.density_g_cm3;
   json["area_mm2"] = number(inspection.area_mm2);
   json["mass_properties"] = inspection.mass ? mass_json(*inspection.mass) : Json(nullptr);
-  return json.dump(2) + "\n";
+  return dumped(json);
 }
 
 std::string to_json(const Measurement& measurement) {
@@ -256,7 +259,7 @@ std::string to_json(const Measurement& measurement) {
   json["version"] = version();
   json["command"] = "measure";
   json["print"] = print_json(measurement);
-  return json.dump(2) + "\n";
+  return dumped(json);
 }
 
 std::string version() { return RAYREP_VERSION; }

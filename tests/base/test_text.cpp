@@ -30,7 +30,8 @@ TEST(Text, NumbersAreThoseOfPrintf) {
     char expected[400];
     for (const int digits : {0, 1, 3, 17}) {
       std::snprintf(expected, sizeof expected, "%.*f", digits, value);
-      EXPECT_EQ(number(value, digits), expected);
+      // Numbers of hundreds of digits help nobody.
+      EXPECT_EQ(number(value, digits), std::abs(value) < 1e15 || !std::isfinite(value) ? expected : shown(value));
       std::snprintf(expected, sizeof expected, "%.*g", digits, value);
       EXPECT_EQ(shown(value, digits), expected);
     }

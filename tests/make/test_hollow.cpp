@@ -225,7 +225,7 @@ TEST(HollowFloat, SaysThatItSinks) {
 
 TEST(HollowFloat, SaysThatNothingRemainsInside) {
   const std::string text = message_of([&] { hollowed(box({0, 0, 0}, {30, 20, 2}), coarse()); }, ErrorCode::goal);
-  EXPECT_TRUE(mentions(text, {"Nothing remains inside a wall of 1.20 mm", "1.000 mm from the surface", "--unit", "--size"}));
+  EXPECT_TRUE(mentions(text, {"Nothing remains inside a wall of 1.20 mm", "1 mm from the surface", "--unit", "--size"}));
 }
 
 TEST(HollowFloat, RefusesOptionsThatMakeNoSense) {

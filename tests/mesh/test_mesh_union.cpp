@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -406,6 +407,20 @@ TEST(SharedMeshesUnion, VolumesAgreeWithRays) {
         }
       }
     EXPECT_NEAR(sum * step.prod() / volume(result), 1, 3e-4);
+  }
+}
+
+TEST(BoundaryOfUnion, AThicketIsRefusedAtOnce) {
+  Mesh thicket;
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> shift(0, 1);
+  for (int n = 0; n < 300; ++n) append(thicket, moved(box({0, 0, 0}, {10, 10, 10}), {shift(random), shift(random), shift(random)}));
+  try {
+    boundary_of_union(thicket);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::input);
+    EXPECT_TRUE(mentions(error.what(), {"run through each other", "Unite the parts"}));
   }
 }
 

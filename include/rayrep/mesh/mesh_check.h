@@ -100,7 +100,7 @@ void require_size(const Mesh& mesh, const std::string& name = "");
 /// parts of the mesh's triangles that have winding number 1 on the inner and 0 on the outer side. Surface integrals over it are
 /// exact for the union of overlapping components, theory.md (18). A mesh whose components neither cross nor nest
 /// with the same orientation comes back as it is.
-/// @throws Error{interrupted}
+/// @throws Error{interrupted}; Error{input} where so many parts run through each other that it would take many seconds
 Mesh boundary_of_union(const Mesh& mesh, const Progress& progress = {});
 
 }  // namespace rayrep
