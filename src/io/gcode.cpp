@@ -1,7 +1,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "base/text.h"
@@ -19,6 +22,7 @@ constexpr double kUsualDiameterMm = 1.75;
 constexpr double kOtherDiameterMm = 2.85;
 /// Beads are as wide as the nozzle or wider, and nozzles of less than that are hardly used.
 constexpr double kNarrowestBeadMm = 0.2;
+constexpr double kFarthestMm = 1e5;
 constexpr const char* kStartCode = "start and end code";
 
 /// Follows the nozzle and adds up what it lays down.
@@ -29,7 +33,6 @@ public:
 
   Printed read() {
     result_.format = "G-code";
-    result_.bottom_mm = std::numeric_limits<double>::infinity();
     result_.slicer = header_.slicer;
     choose_feature(header_.has_features ? kStartCode : "all that is extruded");
     std::string_view rest = file_.bytes;
@@ -60,6 +63,8 @@ private:
   Printed result_;
   PrintedOutline outline_;
   std::size_t line_ = 0;
+  std::map<std::string, std::size_t> number_of_feature_;
+  std::set<std::string> objects_;
 
   // The machine.
   Eigen::Vector3d at_ = Eigen::Vector3d::Zero();      // mm, in the coordinates of the commands
@@ -85,17 +90,19 @@ private:
   bool usual_diameter_ = false;
   double laid_down_mm3_ = 0;  // of the body
   double laid_down_mm2_ = 0;  // of its beads' sides: length times height
+  std::map<std::size_t, double> of_tool_mm3_;
+  double lowest_top_mm_ = std::numeric_limits<double>::infinity();
+  double lowest_height_mm_ = 0;
 
   [[noreturn]] void fail(const std::string& what) const { fail_read(file_, concat("line ", line_), what); }
 
   void choose_feature(std::string_view name) {
-    auto& all = result_.features;
-    const auto known = std::find_if(all.begin(), all.end(), [name](const PrintedFeature& f) { return f.name == name; });
-    feature_ = static_cast<std::size_t>(known - all.begin());
-    if (known == all.end()) {
-      all.emplace_back();
-      all.back().name = std::string(name);
-      all.back().of_body = is_of_body(name) && name != kStartCode;
+    const auto [entry, is_new] = number_of_feature_.try_emplace(std::string(name), result_.features.size());
+    feature_ = entry->second;
+    if (is_new) {
+      PrintedFeature& feature = result_.features.emplace_back();
+      feature.name = std::string(name);
+      feature.of_body = is_of_body(name) && name != kStartCode;
     }
     const bool perimeter = !header_.has_features || is_perimeter(name);
     if (!perimeter) outline_.end_path();
@@ -103,8 +110,7 @@ private:
   }
 
   void object(std::string_view name) {
-    auto& objects = result_.objects;
-    if (std::find(objects.begin(), objects.end(), name) == objects.end()) objects.emplace_back(name);
+    if (objects_.emplace(name).second) result_.objects.emplace_back(name);
   }
 
   void comment(const GcodeLine& line) {
@@ -125,8 +131,12 @@ private:
       height_mm_ = positive(*height);
     else if (const auto layer_height = after(text, "LAYER_HEIGHT:"))
       height_mm_ = positive(*layer_height);
+    else if (const auto painted = after(text, "feature "))
+      choose_feature(*painted);
     else if (const auto name = after(text, "printing object "))
       object(*name);
+    else if (const auto label = after(text, "start printing object"))
+      object(*label);
     else if (const auto mesh = after(text, "MESH:"); mesh && *mesh != "NONMESH")
       object(*mesh);
     else if (text.starts_with("LAYER_CHANGE") || text.starts_with("CHANGE_LAYER"))
@@ -203,6 +213,7 @@ private:
     Eigen::Vector3d to = at_;
     for (int k = 0; k < 3; ++k)
       if (const auto value = line[static_cast<char>('X' + k)]) to[k] = (relative_ ? at_[k] : 0) + *value * mm_;
+    if (!(to.cwiseAbs().maxCoeff() <= kFarthestMm)) fail("it goes farther than 100 m. Is the file damaged?");
     return to;
   }
 
@@ -212,6 +223,7 @@ private:
     if (!value) return 0;
     const bool relative = relative_ || e_relative_;
     const double length = relative ? *value * mm_ : *value * mm_ - e_;
+    if (!(std::abs(length) <= kFarthestMm)) fail("it extrudes more than 100 m at once. Is the file damaged?");
     e_ = relative ? e_ + length : *value * mm_;
     if (m200_diameter_mm_ ? *m200_diameter_mm_ > 0 : header_.volumetric) return length * mm_ * mm_ * flow_;
     const double d = diameter_mm();
@@ -231,14 +243,14 @@ private:
     if (z_mm > layer_top_mm_ + 1e-6) {
       below_mm_ = layer_top_mm_;
       layer_top_mm_ = z_mm;
-    } else if (z_mm < layer_top_mm_ - 1e-6) {  // the next object
-      below_mm_ = 0;
+    } else if (z_mm < layer_top_mm_ - 1e-6) {
+      if (z_mm <= below_mm_) below_mm_ = 0;  // the next object; else it is pressed into what is below, as on a raft
       layer_top_mm_ = z_mm;
     }
     if (height_mm_) return *height_mm_;
     const double height = layer_top_mm_ - below_mm_;
-    const double usual = header_.layer_height_mm.value_or(0);
-    return height < 0.5 * usual ? usual : height;
+    const auto& usual = header_.layer_height_mm;
+    return usual && !(height >= 0.5 * *usual && height <= 2 * *usual) ? *usual : height;
   }
 
   static bool is_material(double volume_mm3, double length_mm) { return volume_mm3 > 0 && length_mm > 0; }
@@ -251,7 +263,14 @@ private:
     if (!feature.of_body) return;
     laid_down_mm3_ += s[M1];
     laid_down_mm2_ += length_mm * height_mm;
-    result_.bottom_mm = std::min(result_.bottom_mm, top_mm - height_mm);
+    of_tool_mm3_[tool_] += s[M1];
+    // Bridges are as thick as the nozzle is wide: the least height at the lowest place is the layer's.
+    if (top_mm < lowest_top_mm_ - 1e-6) {
+      lowest_top_mm_ = top_mm;
+      lowest_height_mm_ = height_mm;
+    } else if (top_mm < lowest_top_mm_ + 1e-6) {
+      lowest_height_mm_ = std::min(lowest_height_mm_, height_mm);
+    }
   }
 
   /// A piece of a path for the outline.
@@ -344,8 +363,11 @@ private:
     std::erase_if(result_.features, [](const PrintedFeature& f) { return f.beads == 0; });
     if (result_.features.empty())
       fail_read(file_, "", "it lays down no material: no move extrudes. Is it the G-code of a printer?");
-    if (!header_.densities_g_cm3.empty()) result_.density_g_cm3 = header_.densities_g_cm3.front();
+    result_.bottom_mm = lowest_top_mm_ - lowest_height_mm_;
+    tell_density();
     tell_filament();
+    if (flow_ != 1)
+      result_.notes.push_back(concat("A flow of ", 100 * flow_, " % is set at the printer's side (M221), and counted."));
     if (usual_diameter_)
       result_.notes.push_back(concat("The file does not say how thick the filament is: ", kUsualDiameterMm,
                                      " mm is taken. If it is another, say --filament-diameter."));
@@ -355,6 +377,26 @@ private:
           "skirt and supports, or with comments.");
     if (result_.objects.size() > 1)
       result_.notes.push_back(concat("There are ", result_.objects.size(), " objects on the bed; they are taken as one body."));
+  }
+
+  /// The density of what the body is printed with; of several materials the mean.
+  void tell_density() {
+    const auto& told = header_.densities_g_cm3;
+    if (told.empty() || of_tool_mm3_.empty()) return;
+    double mass = 0;
+    double volume = 0;
+    bool differ = false;
+    const double first = told[std::min(of_tool_mm3_.begin()->first, told.size() - 1)];
+    for (const auto& [tool, mm3] : of_tool_mm3_) {
+      const double density = told[std::min(tool, told.size() - 1)];
+      differ |= density != first;
+      mass += density * mm3;
+      volume += mm3;
+    }
+    result_.density_g_cm3 = differ ? mass / volume : first;
+    if (differ)
+      result_.notes.push_back(
+          "Several materials of different density are printed: the mass is right, centre and inertia take their mean everywhere.");
   }
 
   void tell_filament() {
@@ -372,11 +414,17 @@ private:
 
 }  // namespace
 
-Printed read_gcode(const FileBytes& file, const PrintedOptions& options) {
+Printed read_gcode(const FileBytes& given, const PrintedOptions& options) {
+  FileBytes file = given;
+  if (file.bytes.starts_with("\xEF\xBB\xBF")) file.bytes.remove_prefix(3);
   if (file.bytes.starts_with("GCDE"))
     fail_read(file, "",
               "it is binary G-code. Switch that off in the slicer (PrusaSlicer: Printer settings, 'Supports binary G-code') and "
               "export it again.");
+  if (file.bytes.starts_with("\xFF\xFE") || file.bytes.starts_with("\xFE\xFF"))
+    fail_read(file, "", "it is text in UTF-16. Save it as plain text (UTF-8 or ASCII).");
+  if (file.bytes.find('\n') == std::string_view::npos && file.bytes.find('\r') != std::string_view::npos)
+    fail_read(file, "", "its lines end in carriage returns only. Save it with the line ends of Unix or Windows.");
   GcodeReader reader(file, options);
   Printed printed = reader.read();
   if (!reader.thicker_filament()) return printed;

@@ -17,13 +17,13 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-/// "1.75,1.75" or "1.75;1.75"; empty if one of them is no positive number.
-std::vector<double> positive_numbers(std::string_view text) {
+/// "1.75,1.75", "1.75;1.75" or "1.75|1.75"; empty if one of them is no number, or negative.
+std::vector<double> numbers_of_tools(std::string_view text) {
   std::vector<double> numbers;
   while (!text.empty()) {
-    const std::size_t end = std::min(text.find_first_of(",;"), text.size());
+    const std::size_t end = std::min(text.find_first_of(",;|"), text.size());
     double value = 0;
-    if (!parse_number(trimmed(text.substr(0, end)), value) || !(value > 0) || !std::isfinite(value)) return {};
+    if (!parse_number(trimmed(text.substr(0, end)), value) || !(value >= 0) || !std::isfinite(value)) return {};
     numbers.push_back(value);
     text.remove_prefix(std::min(end + 1, text.size()));
   }
@@ -40,7 +40,7 @@ double last_digit(std::string_view number) {
 }
 
 void note_told(GcodeHeader& header, std::string_view comment, std::string_view number, double mm) {
-  std::vector<double> values = positive_numbers(number);
+  std::vector<double> values = numbers_of_tools(number);
   if (values.empty() || !header.told_mm.empty()) return;
   for (double& value : values) value *= mm;
   header.told_mm = std::move(values);
@@ -70,14 +70,15 @@ void read_slicer(GcodeHeader& header, std::string_view comment) {
 
 /// "key = value" or "key: value".
 void read_setting(GcodeHeader& header, std::string_view comment) {
-  const std::size_t sign = comment.find_first_of("=:");
+  const std::size_t sign = comment.find_first_of(comment.starts_with("filamentDiameters,") ? "," : "=:");  // Simplify3D's
   if (sign == std::string_view::npos) return;
   const std::string_view key = trimmed(comment.substr(0, sign));
   const std::string_view value = trimmed(comment.substr(sign + 1));
   const auto keep = [&](std::vector<double>& numbers) {
-    if (std::vector<double> read = positive_numbers(value); !read.empty()) numbers = std::move(read);
+    std::vector<double> read = numbers_of_tools(value);
+    if (!read.empty() && *std::min_element(read.begin(), read.end()) > 0) numbers = std::move(read);
   };
-  if (key == "filament_diameter") keep(header.filament_diameters_mm);
+  if (key == "filament_diameter" || key == "filamentDiameters") keep(header.filament_diameters_mm);
   if (key == "filament_density") keep(header.densities_g_cm3);
   if (key == "use_volumetric_e") header.volumetric = value == "1";
   if (key == "FLAVOR" && value == "UltiGCode") header.volumetric = true;
@@ -108,7 +109,7 @@ GcodeHeader gcode_header(std::string_view text) {
     const std::string_view line = trimmed(next_line(text));
     if (line.empty() || line.front() != ';') continue;
     const std::string_view comment = trimmed(line.substr(1));
-    header.has_features |= comment.starts_with("TYPE:") || comment.starts_with("FEATURE:");
+    header.has_features |= comment.starts_with("TYPE:") || comment.starts_with("FEATURE:") || comment.starts_with("feature ");
     header.has_layers |=
         comment.starts_with("LAYER_CHANGE") || comment.starts_with("LAYER:") || comment.starts_with("CHANGE_LAYER");
     read_slicer(header, comment);
@@ -167,7 +168,7 @@ bool parse_gcode_line(std::string_view text, GcodeLine& line) {
 
 bool is_of_body(std::string_view feature) {
   const std::string name = lower_case(feature);
-  for (const char* other : {"skirt", "brim", "raft", "support", "tower", "custom", "purge", "flush", "prime"})
+  for (const char* other : {"skirt", "brim", "raft", "support", "tower", "pillar", "shield", "custom", "purge", "flush", "prime"})
     if (name.find(other) != std::string::npos) return false;
   return true;
 }

@@ -43,21 +43,22 @@ struct Weighted {
   double weight;
 };
 
-double median(std::vector<Weighted> all) {
+/// The value that `fraction` of the weight is not above.
+double quantile(std::vector<Weighted> all, double fraction) {
   std::sort(all.begin(), all.end(), [](const Weighted& a, const Weighted& b) { return a.value < b.value; });
   double total = 0;
   for (const Weighted& w : all) total += w.weight;
   double sum = 0;
   for (const Weighted& w : all)
-    if ((sum += w.weight) >= 0.5 * total) return w.value;
+    if ((sum += w.weight) >= fraction * total) return w.value;
   return 0;
 }
 
 template <class Value>
-double median_of(const std::vector<Pair>& pairs, const Value& value) {
+double quantile_of(const std::vector<Pair>& pairs, double fraction, const Value& value) {
   std::vector<Weighted> all;
   for (const Pair& pair : pairs) all.push_back({value(pair), pair.area_mm2});
-  return median(std::move(all));
+  return quantile(std::move(all), fraction);
 }
 
 /// By how much the print is turned, from the way its centroids run: the rotation that fits them best. None where they run straight
@@ -91,14 +92,33 @@ std::optional<double> turn_seen(const std::vector<Pair>& pairs) {
   constexpr double degree = std::numbers::pi / 180;
   std::string why;
   if (const auto turn = turn_seen(pairs); turn && std::abs(*turn) > degree)
-    why = concat(" It looks turned on the bed by ", number(*turn / degree + degrees, 0), " degrees: say --turned ",
-                 number(*turn / degree + degrees, 0), ", or slice the mesh without turning it.");
+    why = concat(" It looks turned on the bed by ", number(*turn / degree + degrees, 0),
+                 " degrees: slice it without turning it, or let 'measure' or 'verify' know (--turned ",
+                 number(*turn / degree + degrees, 0), ").");
   else
-    why = " Was another mesh sliced, or this one turned or scaled in the slicer? Slice it as it is, or say --turned and --size.";
+    why = " Was another mesh sliced, several of them, or this one turned or scaled in the slicer? Slice it alone and as it is.";
   throw Error(ErrorCode::input,
               concat("The print does not look like the mesh: over ", placed.layers, " layers their outlines differ by ",
                      number(100 * placed.area_error, 1), " % of the area, by ", number(placed.size_error_mm, 2),
                      " mm in width or depth, and by ", number(placed.centre_error_mm, 2), " mm in their centres.", why));
+}
+
+/// What fits, but not quite. @throws Error{input} for a print that ends long before the mesh does
+void add_notes(const Printed& printed, double height_mm, PrintPlacement& placed) {
+  constexpr double much_mm = 0.1;
+  if (placed.size_error_mm > much_mm)
+    placed.notes.push_back(
+        concat("The print's outlines are ", number(placed.size_error_mm, 2),
+               " mm off the mesh's in width or depth: was it scaled, or does the profile shrink or grow outlines? The "
+               "outside is taken from the mesh."));
+  const PrintedLayer& last = *std::max_element(printed.layers.begin(), printed.layers.end(),
+                                               [](const PrintedLayer& a, const PrintedLayer& b) { return a.z_mm < b.z_mm; });
+  const double missing_mm = height_mm - (last.z_mm + 0.5 * last.height_mm - printed.bottom_mm);
+  if (missing_mm > 0.1 * height_mm)
+    throw Error(ErrorCode::input, concat("The print ends ", number(missing_mm, 2), " mm below the top of the mesh, which is ",
+                                         number(height_mm, 2), " mm high: is the file cut off? Export it again."));
+  if (missing_mm > 3 * last.height_mm)
+    placed.notes.push_back(concat("The print ends ", number(missing_mm, 2), " mm below the top of the mesh."));
 }
 
 }  // namespace
@@ -120,15 +140,16 @@ PrintPlacement place_print(const Printed& printed, const Mesh& mesh, const Place
   PrintPlacement placed;
   placed.layers = pairs.size();
   if (pairs.empty() && !options.centre_mm)
-    throw Error(ErrorCode::input,
-                "The print shows no closed outlines by which the mesh could be found in it. Say where on the bed the middle of the "
-                "mesh lies: --bed-center X,Y.");
+    throw Error(
+        ErrorCode::input,
+        "The print shows no closed outlines by which the mesh could be found in it. 'measure' and 'verify' take where on the "
+        "bed the middle of the mesh lies: --bed-center X,Y.");
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();
   if (options.centre_mm)
     shift = *options.centre_mm - box.center().head<2>();
   else
     for (int k = 0; k < 2; ++k)
-      shift[k] = median_of(pairs, [k](const Pair& pair) { return pair.print->centroid_mm[k] - pair.centroid_mm[k]; });
+      shift[k] = quantile_of(pairs, 0.5, [k](const Pair& pair) { return pair.print->centroid_mm[k] - pair.centroid_mm[k]; });
 
   double print_area = 0;
   double difference = 0;
@@ -142,14 +163,15 @@ PrintPlacement place_print(const Printed& printed, const Mesh& mesh, const Place
   if (pairs.empty()) return placed;
   placed.area_error = difference / std::max(mesh_area, 1e-9 * print_area);
   placed.size_error_mm =
-      median_of(pairs, [](const Pair& pair) { return (pair.print->size_mm - pair.size_mm).cwiseAbs().maxCoeff(); });
+      quantile_of(pairs, 0.5, [](const Pair& pair) { return (pair.print->size_mm - pair.size_mm).cwiseAbs().maxCoeff(); });
   placed.centre_error_mm =
-      median_of(pairs, [&shift](const Pair& pair) { return (pair.print->centroid_mm - pair.centroid_mm - shift).norm(); });
+      quantile_of(pairs, 0.75, [&shift](const Pair& pair) { return (pair.print->centroid_mm - pair.centroid_mm - shift).norm(); });
   constexpr double largest_area_error = 0.05;
   constexpr double largest_error_mm = 0.5;
   if (!(placed.area_error <= largest_area_error && placed.size_error_mm <= largest_error_mm &&
         placed.centre_error_mm <= largest_error_mm))
     refuse(placed, pairs, options.turned_rad * 180 / std::numbers::pi);
+  add_notes(printed, box.sizes().z(), placed);
   return placed;
 }
 

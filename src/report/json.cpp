@@ -145,7 +145,8 @@ Json print_json(const Measurement& measurement) {
                       {"layers", placed->layers},
                       {"area_error", number(placed->area_error)},
                       {"size_error_mm", number(placed->size_error_mm)},
-                      {"centre_error_mm", number(placed->centre_error_mm)}};
+                      {"centre_error_mm", number(placed->centre_error_mm)},
+                      {"notes", placed->notes}};
   return json;
 }
 

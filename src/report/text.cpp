@@ -299,8 +299,10 @@ std::string heading_text(const Measurement& measurement) {
   const PrintPlacement& placed = *measurement.placed;
   if (placed.layers == 0)
     return text + "  " + measurement.mesh + " lies where --bed-center says; there are no outlines to check that.\n";
-  return text + format("  %s was found in it by the outlines of %zu layers, which agree in width and depth to %.3f mm (median).\n",
-                       measurement.mesh, placed.layers, placed.size_error_mm);
+  text += format("  %s was found in it by the outlines of %zu layers, which agree in width and depth to %.3f mm (median).\n",
+                 measurement.mesh, placed.layers, placed.size_error_mm);
+  for (const std::string& note : placed.notes) text += "  note: " + note + "\n";
+  return text;
 }
 
 std::string to_text(const Measurement& measurement) {

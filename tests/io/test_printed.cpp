@@ -138,6 +138,26 @@ TEST(Printed, ToolsHaveTheirOwnFilament) {
   EXPECT_NEAR(printed.body()[M1], kFilamentMm2 + std::numbers::pi * 2.85 * 2.85 / 4, 1e-12);
 }
 
+TEST(Printed, DensityIsThatOfTheToolThatPrints) {
+  const std::string head =
+      "; filament_density = 1.24,1.04\n; filament used [mm] = 0.00, 1.00\nG90\nM83\n;TYPE:Perimeter\n;WIDTH:0.4\n"
+      ";HEIGHT:0.2\nG1 X0 Y0 Z0.2\n; filament_diameter = 1.75,1.75\n";
+  const Printed one = read(head + "T1\nG1 X10 E1\n");
+  EXPECT_EQ(one.density_g_cm3, 1.04);
+  EXPECT_NEAR(*one.told_volume_mm3, kFilamentMm2, 1e-12);
+  const Printed both = read(head + "T0\nG1 X10 E1\nT1\nG1 X20 E1\n");
+  EXPECT_NEAR(*both.density_g_cm3, 1.14, 1e-12);
+  EXPECT_EQ(both.notes.size(), 1U);
+}
+
+TEST(Printed, BridgesDoNotLowerTheBottom) {
+  const Printed printed = read(
+      "G90\nM83\n;TYPE:Perimeter\n;WIDTH:0.4\n;HEIGHT:0.2\nG1 X0 Y0 Z0.2\nG1 X10 E1\n;TYPE:Bridge infill\n;HEIGHT:0.4\nG1 X0 "
+      "E1\nG1 "
+      "Z0.3\nG1 X10 E1\n");
+  EXPECT_NEAR(printed.bottom_mm, 0, 1e-12);
+}
+
 TEST(Printed, OnlyTheOutermostLoopsAreTheOutline) {
   const auto square = [](double half) {
     const std::string p = std::to_string(100 + half), m = std::to_string(100 - half);
@@ -180,6 +200,9 @@ TEST(Printed, RefusalsNameTheLine) {
   EXPECT_TRUE(mentions(refusal("G2 X1 Y1 E1\n"), {"line 1", "centre"}));
   EXPECT_TRUE(mentions(refusal("G28\nM104 S200\n"), {"no material"}));
   EXPECT_TRUE(mentions(refusal("GCDE\1\2\3"), {"binary"}));
+  EXPECT_TRUE(mentions(refusal("G1 X1\rG1 X2 E1\r"), {"carriage returns"}));
+  EXPECT_TRUE(mentions(refusal("\xFF\xFEG1"), {"UTF-16"}));
+  EXPECT_TRUE(mentions(refusal("G90\nG1 X1000000000 E1\n"), {"line 2", "farther"}));
 }
 
 }  // namespace

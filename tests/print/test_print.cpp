@@ -8,6 +8,9 @@
 #include <numbers>
 
 #include "rayrep/base/error.h"
+#include "rayrep/io/mesh_io.h"
+#include "rayrep/make/hollow.h"
+#include "rayrep/mesh/mesh_check.h"
 #include "rayrep/mesh/section.h"
 #include "rayrep/print/place_print.h"
 #include "rayrep/print/slicer.h"
@@ -82,6 +85,16 @@ TEST(PlacePrint, AnotherBodyIsRefused) {
   EXPECT_TRUE(mentions(refusal(outlines_of(turned, 0.2), mesh), {"turned", "--turned 90"}));
   EXPECT_TRUE(mentions(refusal(outlines_of(scaled(mesh, 1.1), 0.2), mesh), {"does not look like"}));
   EXPECT_TRUE(mentions(refusal(Printed{}, mesh), {"--bed-center"}));
+  // Two, one after the other.
+  Printed two = outlines_of(mesh, 0.2);
+  const Printed other = outlines_of(moved(mesh, {60, 0, 0}), 0.2);
+  two.layers.insert(two.layers.end(), other.layers.begin(), other.layers.end());
+  EXPECT_TRUE(mentions(refusal(two, mesh), {"several of them"}));
+  Printed cut = outlines_of(mesh, 0.2);
+  cut.layers.resize(cut.layers.size() / 2);
+  EXPECT_TRUE(mentions(refusal(cut, mesh), {"cut off"}));
+  EXPECT_TRUE(place_print(outlines_of(mesh, 0.2), mesh).notes.empty());
+  EXPECT_FALSE(place_print(outlines_of(scaled(mesh, 1.01), 0.2), mesh).notes.empty());
 }
 
 /// A program that behaves like a slicer in some way.
@@ -147,6 +160,34 @@ TEST(Slicer, PrusaSlicerPrintsTheSolid) {
   // By its outlines it is found where it was told to be.
   const PrintPlacement found = place_print(sliced.printed, mesh);
   EXPECT_NEAR((found.to_mesh.translation() - sliced.placed.to_mesh.translation()).norm(), 0, 0.02);
+}
+
+/// The promise is about the print: 3e-4 of the mass and 5e-5 of the diagonal in three slices.
+TEST(Slicer, WhatPrusaSlicerPrintsOfExamplesMeetsTheirGoals) {
+  if (std::system("command -v prusa-slicer > /dev/null 2>&1") != 0) GTEST_SKIP() << "prusa-slicer is not installed";
+  const fs::path profile = own_file("everyday.ini");
+  std::ofstream(profile)
+      << "layer_height = 0.2\nfirst_layer_height = 0.2\nperimeters = 2\nextrusion_width = 0.45\nfill_density = 15%\n"
+         "bed_shape = 0x0,250x0,250x210,0x210\ngcode_resolution = 0.0125\n";
+  struct Case {
+    const char* mesh;
+    Spec spec;
+  };
+  const Case cases[] = {{"duck.stl", FloatSpec{}}, {"teapot.stl", StandSpec{}}};
+  for (const Case& c : cases) {
+    SCOPED_TRACE(c.mesh);
+    const Mesh body = require_solid(read_mesh(fs::path(RAYREP_SOURCE_DIR) / "examples" / c.mesh).mesh, c.mesh).mesh;
+    HollowOptions options;
+    options.resolution = 80;
+    options.as_stored = [](const Mesh& mesh) { return as_stored("body.stl", mesh); };
+    options.as_printed = [&profile](const Mesh& mesh) {
+      return slice(mesh, ".stl", own_file("printed.gcode"), {.program = "prusa-slicer", .profile = profile}).s;
+    };
+    const HollowResult result = hollow(body, c.spec, options);
+    EXPECT_GT(result.slices.front().error, 1e-4);
+    EXPECT_LT(result.slices[result.best_slice].error, 5e-5);
+    EXPECT_LE(result.slices.size(), 3U);
+  }
 }
 
 }  // namespace

@@ -566,6 +566,11 @@ void check_slicer(const Given& given, Options& options) {
     usage_error("--as-sliced FILE.gcode and --of MESH, the mesh that was sliced, go together.");
   if (slices && !options.as_sliced.empty())
     usage_error("--slicer slices by itself, --as-sliced takes what you have sliced: give either.");
+  if (slices || !options.as_sliced.empty()) {
+    if (options.suggest)
+      usage_error("What --suggest would print has not been sliced: leave it out, or look for it without a slicer first.");
+    options.no_advice = true;
+  }
   if (options.each && !options.as_sliced.empty()) usage_error("--as-sliced is for one body: leave --each out.");
   if (!slices)
     for (const char* name : {"profile", "gcode"})

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "rayrep/io/printed.h"
 #include "rayrep/mesh/mesh.h"
@@ -20,7 +22,8 @@ struct PrintPlacement {
   std::size_t layers = 0;                                 ///< that were compared
   double area_error = 0;       ///< sum of the layers' differences of area over the sum of the mesh's areas
   double size_error_mm = 0;    ///< median difference of the layers' widths and depths
-  double centre_error_mm = 0;  ///< median distance of the layers' centroids, once placed
+  double centre_error_mm = 0;  ///< of three quarters of the layers at most: distance of their centroids, once placed
+  std::vector<std::string> notes;
 };
 
 /// Finds out where in a print the mesh is that was sliced: its lowest point on the print's lowest layer, and in plan where the
