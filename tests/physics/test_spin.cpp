@@ -34,7 +34,7 @@ double relative_distance_to_ends(const std::vector<SpeedRange>& ranges, double w
 
 // The linearised equations of motion as they come from Euler's, in body axes: the vertical is (u, v, 1), the angular velocity
 // (p, q, w). Nothing of the quartic's coefficients is used.
-double growth_rate(const Top& top, Tip tip, double w, double gravity) {
+Eigen::Matrix4d motion_of(const Top& top, Tip tip, double w, double gravity) {
   const double shift = tip == Tip::fixed ? top.mass_g * top.height_mm * top.height_mm : 0;
   const double i1 = top.lateral_1_g_mm2 + shift, i2 = top.lateral_2_g_mm2 + shift, i3 = top.axial_g_mm2;
   const double torque = top.mass_g * gravity * top.height_mm;
@@ -47,7 +47,11 @@ double growth_rate(const Top& top, Tip tip, double w, double gravity) {
   m(2, 1) = torque / (i1 * w * w);
   m(3, 2) = (i3 - i1) / i2;
   m(3, 0) = -torque / (i2 * w * w);
-  return Eigen::EigenSolver<Eigen::Matrix4d>(m, false).eigenvalues().real().cwiseAbs().maxCoeff();
+  return m;
+}
+
+double growth_rate(const Top& top, Tip tip, double w, double gravity) {
+  return Eigen::EigenSolver<Eigen::Matrix4d>(motion_of(top, tip, w, gravity), false).eigenvalues().real().cwiseAbs().maxCoeff();
 }
 
 Top random_top(std::mt19937& random) {
@@ -250,6 +254,24 @@ TEST(StableSpeeds, RefusesImpossibleTops) {
   EXPECT_THROW(stable_speeds({1, 1, -1, 1, 1}, Tip::fixed), Error);
   EXPECT_THROW(stable_speeds({1, 1, 1, 1, std::nan("")}, Tip::fixed), Error);
   EXPECT_THROW(stable_speeds({1, kInfinity, 1, 1, 1}, Tip::fixed), Error);
+}
+
+TEST(OffBalanceTilt, IsTheSteadyLeanInTheWorstDirection) {
+  // A centre of mass beside the axis turns the top by M g e about the other lateral axis: where do the equations of motion rest?
+  std::mt19937 random(21);
+  for (int n = 0; n < 200; ++n) {
+    Top top = random_top(random);
+    if (n % 4 == 0) top.height_mm = -top.height_mm;
+    if (n % 4 == 1) top.height_mm = 0;
+    const double offset = 0.01, w = std::uniform_real_distribution<double>(5, 200)(random);
+    const double turn = top.mass_g * kGravity * offset / (w * w);
+    Eigen::Matrix<double, 4, 2> forcing = Eigen::Matrix<double, 4, 2>::Zero();
+    forcing(3, 0) = turn / top.lateral_2_g_mm2;
+    forcing(2, 1) = -turn / top.lateral_1_g_mm2;
+    const Eigen::Matrix<double, 4, 2> rest = motion_of(top, Tip::sliding, w, kGravity).fullPivLu().solve(-forcing);
+    const double lean = std::max(rest.col(0).head<2>().norm(), rest.col(1).head<2>().norm());
+    EXPECT_NEAR(off_balance_tilt_rad(top, offset, w), lean, 1e-8 * lean) << n;
+  }
 }
 
 // A box with edges 20, 30, 40 mm; its centre at `centre`, turned by `turn`.
