@@ -1,8 +1,7 @@
 #!/bin/sh
 # Sets everything up, builds everything and runs all tests; ends with ctest's summary.
 #
-#   tools/test.sh                          the preset dev (optimised, assertions on, warnings are errors), then the preset asan: the
-#                                          suite once more under AddressSanitizer and UndefinedBehaviorSanitizer
+#   tools/test.sh                          the preset dev: optimised, assertions on, warnings are errors
 #   tools/test.sh PRESET [CTEST OPTIONS]   one test preset, e.g. tools/test.sh asan -R Moments
 set -eu
 cd "$(dirname "$0")/.."
@@ -20,5 +19,4 @@ if [ $# -gt 0 ]; then
   run "$@"
 else
   run dev
-  run asan
 fi
