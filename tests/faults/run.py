@@ -285,7 +285,7 @@ class Runs:
         big = meshes.egg(rows=300 if self.short else 1000, columns=500 if self.short else 1000)
         for ending in ("stl", "obj", "ply", "3mf"):
             (folder / ("big." + ending)).write_bytes(meshes.ENCODINGS[ending](big))
-        (folder / "boxes.stl").write_bytes(meshes.stl(meshes.crossing_boxes(200 if self.short else 1000, 0.1)))
+        (folder / "boxes.stl").write_bytes(meshes.stl(meshes.crossing_boxes(90, 0.1)))
         before = {p.name for p in folder.iterdir()}
         hollow = lambda name, n, *more: ["float", name, "-o", "a.stl", "--resolution", str(n), *more]
         commands = [hollow("egg.stl", 300), hollow("boxes.stl", 60), ["inspect", "boxes.stl"], ["inspect", "big.3mf"], hollow("big.stl", 100),
@@ -407,7 +407,7 @@ class Runs:
             "polygons.ply": (lambda n: meshes.ply(meshes.cylinder(n, False)), 20000),
             "elements.ply": (elements, 20000), "properties.ply": (properties, 20000),
             "objects.3mf": (meshes.many_objects, 3000), "bodies.stl": (lambda n: meshes.stl(meshes.separate_boxes(n)), 10000),
-            "crossing.stl": (lambda n: meshes.stl(meshes.crossing_boxes(n, 0.1)), 200),
+            "crossing.stl": (lambda n: meshes.stl(meshes.crossing_boxes(n, 0.1)), 40),
             "egg.stl": (lambda n: meshes.stl(meshes.egg(rows=n, columns=500)), 400)}
         for name, (make, n) in cases.items():
             spent = []
