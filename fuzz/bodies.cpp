@@ -3,11 +3,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <stdexcept>
-#include <tuple>
 #include <vector>
+
+#include "shapes.h"
 
 namespace fuzz {
 namespace {
@@ -15,14 +15,6 @@ namespace {
 using rayrep::Mesh;
 
 constexpr double kPi = std::numbers::pi;
-
-Mesh box(const Eigen::Vector3d& size) {
-  Mesh mesh;
-  for (int k = 0; k < 8; ++k) mesh.vertices.emplace_back(k & 1 ? size.x() : 0, k & 2 ? size.y() : 0, k & 4 ? size.z() : 0);
-  mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
-                    {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
-  return mesh;
-}
 
 /// Rings of n corners each, closed by a point below and one above: prisms, cones, ellipsoids.
 Mesh lathe(int n, const std::vector<Eigen::Vector2d>& rings, double bottom, double top) {
@@ -44,49 +36,19 @@ Mesh lathe(int n, const std::vector<Eigen::Vector2d>& rings, double bottom, doub
   return mesh;
 }
 
-/// Unit cubes of a grid of 3 x 3 x 2, those whose bit is set, without walls between.
+/// Cubes of a grid of 3 x 3 x 2, those whose bit is set, without walls between.
 Mesh cubes(int bits, double size) {
-  const auto is_set = [bits](int x, int y, int z) {
-    return x >= 0 && x < 3 && y >= 0 && y < 3 && z >= 0 && z < 2 && (bits >> (x + 3 * y + 9 * z) & 1) != 0;
-  };
-  Mesh mesh;
-  std::map<std::tuple<int, int, int>, int> numbers;
-  const auto vertex = [&](const Eigen::Vector3i& p) {
-    const auto [it, added] = numbers.try_emplace({p.x(), p.y(), p.z()}, static_cast<int>(mesh.vertices.size()));
-    if (added) mesh.vertices.emplace_back(size * p.cast<double>());
-    return it->second;
-  };
-  for (int cell = 0; cell < 18; ++cell) {
-    const Eigen::Vector3i at(cell % 3, cell / 3 % 3, cell / 9);
-    if (!is_set(at.x(), at.y(), at.z())) continue;
-    for (int side = 0; side < 6; ++side) {
-      const int axis = side / 2;
-      Eigen::Vector3i beside = at;
-      beside[axis] += side % 2 ? 1 : -1;
-      if (is_set(beside.x(), beside.y(), beside.z())) continue;
-      Eigen::Vector3i u = Eigen::Vector3i::Zero();
-      Eigen::Vector3i v = Eigen::Vector3i::Zero();
-      u[(axis + 1) % 3] = 1;
-      v[(axis + 2) % 3] = 1;
-      if (side % 2 == 0) std::swap(u, v);
-      Eigen::Vector3i corner = at;
-      corner[axis] += side % 2;
-      const int a = vertex(corner);
-      const int b = vertex(corner + u);
-      const int c = vertex(corner + u + v);
-      const int d = vertex(corner + v);
-      mesh.triangles.emplace_back(a, b, c);
-      mesh.triangles.emplace_back(a, c, d);
-    }
-  }
-  return mesh;
+  std::vector<Eigen::Vector3i> cells;
+  for (int cell = 0; cell < 18; ++cell)
+    if ((bits >> cell & 1) != 0) cells.emplace_back(cell % 3, cell / 3 % 3, cell / 9);
+  return rayrep::test::polycubes(cells, size);
 }
 
 Mesh shape(Bytes& bytes) {
   switch (bytes.below(4)) {
     case 0: {
       const Eigen::Vector3d size{bytes.number(20, 80), bytes.number(20, 80), bytes.number(20, 80)};
-      return box(size);
+      return rayrep::test::box({0, 0, 0}, size);
     }
     case 1: {
       const double height = bytes.number(15, 80);
@@ -110,7 +72,7 @@ Mesh shape(Bytes& bytes) {
       const int low = bytes.two_bytes();
       const int bits = low | bytes.byte() << 16;
       const Mesh mesh = cubes(bits, bytes.number(8, 25));
-      return mesh.triangles.empty() ? box({20, 30, 40}) : mesh;
+      return mesh.triangles.empty() ? rayrep::test::box({0, 0, 0}, {20, 30, 40}) : mesh;
     }
   }
 }

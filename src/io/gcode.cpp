@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -87,6 +88,7 @@ private:
   double below_mm_ = 0;
   double outline_top_mm_ = 0;
   double outline_height_mm_ = 0;
+  bool begins_again_ = false;  // lower down, after a layer of the body
   bool usual_diameter_ = false;
   double laid_down_mm3_ = 0;  // of the body
   double laid_down_mm2_ = 0;  // of its beads' sides: length times height
@@ -119,27 +121,21 @@ private:
       double value = 0;
       return parse_number(number, value) && value > 0 && std::isfinite(value) ? std::optional<double>(value) : std::nullopt;
     };
-    if (const auto type = after(text, "TYPE:"))
-      choose_feature(*type);
-    else if (const auto feature = after(text, "FEATURE:"))
+    // Slic3r's family and Cura, Bambu Studio, Simplify3D.
+    const auto behind = [text](std::initializer_list<const char*> starts) -> std::optional<std::string_view> {
+      for (const char* start : starts)
+        if (const auto found = after(text, start)) return found;
+      return std::nullopt;
+    };
+    if (const auto feature = behind({"TYPE:", "FEATURE:", "feature "}))
       choose_feature(*feature);
-    else if (const auto width = after(text, "WIDTH:"))
+    else if (const auto width = behind({"WIDTH:", "LINE_WIDTH:"}))
       width_mm_ = positive(*width);
-    else if (const auto line_width = after(text, "LINE_WIDTH:"))
-      width_mm_ = positive(*line_width);
-    else if (const auto height = after(text, "HEIGHT:"))
+    else if (const auto height = behind({"HEIGHT:", "LAYER_HEIGHT:"}))
       height_mm_ = positive(*height);
-    else if (const auto layer_height = after(text, "LAYER_HEIGHT:"))
-      height_mm_ = positive(*layer_height);
-    else if (const auto painted = after(text, "feature "))
-      choose_feature(*painted);
-    else if (const auto name = after(text, "printing object "))
-      object(*name);
-    else if (const auto label = after(text, "start printing object"))
-      object(*label);
-    else if (const auto mesh = after(text, "MESH:"); mesh && *mesh != "NONMESH")
-      object(*mesh);
-    else if (text.starts_with("LAYER_CHANGE") || text.starts_with("CHANGE_LAYER"))
+    else if (const auto name = behind({"printing object ", "start printing object", "MESH:"})) {
+      if (*name != "NONMESH") object(*name);
+    } else if (text.starts_with("LAYER_CHANGE") || text.starts_with("CHANGE_LAYER"))
       end_layer();
     else if (const auto number = after(text, "LAYER:")) {
       end_layer();
@@ -244,7 +240,10 @@ private:
       below_mm_ = layer_top_mm_;
       layer_top_mm_ = z_mm;
     } else if (z_mm < layer_top_mm_ - 1e-6) {
-      if (z_mm <= below_mm_) below_mm_ = 0;  // the next object; else it is pressed into what is below, as on a raft
+      if (z_mm <= below_mm_) {  // the next object; else it is pressed into what is below, as on a raft
+        below_mm_ = 0;
+        begins_again_ |= result_.features[feature_].of_body;
+      }
       layer_top_mm_ = z_mm;
     }
     if (height_mm_) return *height_mm_;
@@ -377,6 +376,12 @@ private:
           "skirt and supports, or with comments.");
     if (result_.objects.size() > 1)
       result_.notes.push_back(concat("There are ", result_.objects.size(), " objects on the bed; they are taken as one body."));
+    else if (begins_again_)
+      result_.notes.push_back(
+          "The printer begins again lower down: objects are printed one after the other; they are taken as one body.");
+    if (header_.told_mm.empty() && header_.slicer.find("Slic") != std::string::npos)
+      result_.notes.push_back(
+          concat(header_.slicer, " ends its files with the filament used, and this one does not: is it cut off?"));
   }
 
   /// The density of what the body is printed with; of several materials the mean.

@@ -17,17 +17,11 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-/// "1.75,1.75", "1.75;1.75" or "1.75|1.75"; empty if one of them is no number, or negative.
+/// Of each tool, as slicers separate them; empty if one is no number, or negative.
 std::vector<double> numbers_of_tools(std::string_view text) {
-  std::vector<double> numbers;
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find_first_of(",;|"), text.size());
-    double value = 0;
-    if (!parse_number(trimmed(text.substr(0, end)), value) || !(value >= 0) || !std::isfinite(value)) return {};
-    numbers.push_back(value);
-    text.remove_prefix(std::min(end + 1, text.size()));
-  }
-  return numbers;
+  const std::vector<double> numbers = numbers_in(text, ",;|");
+  const auto negative = [](double value) { return value < 0; };
+  return std::any_of(numbers.begin(), numbers.end(), negative) ? std::vector<double>() : numbers;
 }
 
 /// "12.34, 5" counts hundredths.
@@ -90,6 +84,18 @@ void read_setting(GcodeHeader& header, std::string_view comment) {
 }
 
 }  // namespace
+
+std::vector<double> numbers_in(std::string_view text, std::string_view separators) {
+  std::vector<double> numbers;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find_first_of(separators), text.size());
+    double value = 0;
+    if (!parse_number(trimmed(text.substr(0, end)), value) || !std::isfinite(value)) return {};
+    numbers.push_back(value);
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return numbers;
+}
 
 std::optional<std::string_view> after(std::string_view text, std::string_view start) {
   if (!text.starts_with(start)) return std::nullopt;

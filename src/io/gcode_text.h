@@ -50,6 +50,9 @@ std::string_view next_line(std::string_view& rest);
 /// The rest of `text` if it begins with `start`, without blanks around.
 std::optional<std::string_view> after(std::string_view text, std::string_view start);
 
+/// "1.75,1.75" as numbers, without blanks around; empty if one of them is no finite number.
+std::vector<double> numbers_in(std::string_view text, std::string_view separators);
+
 /// Whether what a slicer prints under this name becomes part of the body.
 bool is_of_body(std::string_view feature);
 /// Whether its paths, where they are closed, can be an outline.

@@ -223,4 +223,18 @@ void PendingFile::commit() {
   path_.clear();
 }
 
+TemporaryFolder::TemporaryFolder() {
+  std::error_code error;
+  std::string name = (fs::temp_directory_path(error) / "rayrep-XXXXXX").string();
+  if (error || ::mkdtemp(name.data()) == nullptr)
+    throw Error(ErrorCode::write,
+                concat("Cannot make a temporary folder '", name, "': ", error ? error.message() : detail::reason(errno), "."));
+  path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
 }  // namespace rayrep

@@ -373,8 +373,8 @@ FloatVerdict verify_detail::judge_print(const PrintInHull& print, const FloatSpe
 namespace {
 
 PrintInHull in_hull(const Mesh& merged, const Moments& printed, const Progress& progress) {
-  return {boundary_of_union(outer_hull(boundary_of_union(merged, progress)), progress), printed,
-          bounding_box(merged).diagonal().norm()};
+  // Cavities go first, as in state_of.
+  return {outer_hull(boundary_of_union(outer_hull(merged), progress)), printed, bounding_box(merged).diagonal().norm()};
 }
 
 Verdict judge_any(const PrintInHull& print, const Spec& spec, const Limits& limits, const Progress& progress) {

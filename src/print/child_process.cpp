@@ -128,17 +128,4 @@ Ended run_program(const Command& command, const Progress& progress) {
   return {Ended::How::killed_by_signal, WTERMSIG(status), last_lines(output)};
 }
 
-TemporaryFolder::TemporaryFolder() {
-  std::error_code error;
-  std::string name = (std::filesystem::temp_directory_path(error) / "rayrep-XXXXXX").string();
-  if (error || ::mkdtemp(name.data()) == nullptr)
-    throw Error(ErrorCode::write, concat("Cannot make a temporary folder '", name, "': ", std::strerror(errno), "."));
-  path_ = name;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
 }  // namespace rayrep::detail

@@ -28,17 +28,4 @@ struct Ended {
 /// @throws Error{interrupted}; Error{internal} when no process can be made
 Ended run_program(const Command& command, const Progress& progress);
 
-/// A folder of its own below the system's temporary one, removed with all that is in it.
-class TemporaryFolder {
-public:
-  TemporaryFolder();  ///< @throws Error{write}
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
-private:
-  std::filesystem::path path_;
-};
-
 }  // namespace rayrep::detail

@@ -91,12 +91,13 @@ std::optional<double> turn_seen(const std::vector<Pair>& pairs) {
 [[noreturn]] void refuse(const PrintPlacement& placed, const std::vector<Pair>& pairs, double degrees) {
   constexpr double degree = std::numbers::pi / 180;
   std::string why;
-  if (const auto turn = turn_seen(pairs); turn && std::abs(*turn) > degree)
-    why = concat(" It looks turned on the bed by ", number(*turn / degree + degrees, 0),
-                 " degrees: slice it without turning it, or let 'measure' or 'verify' know (--turned ",
-                 number(*turn / degree + degrees, 0), ").");
-  else
+  if (const auto turn = turn_seen(pairs); turn && std::abs(*turn) > degree) {
+    const std::string all = number(*turn / degree + degrees, 0);
+    why = concat(" It looks turned on the bed by ", all,
+                 " degrees: slice it without turning it, or let 'measure' or 'verify' know (--turned ", all, ").");
+  } else {
     why = " Was another mesh sliced, several of them, or this one turned or scaled in the slicer? Slice it alone and as it is.";
+  }
   throw Error(ErrorCode::input,
               concat("The print does not look like the mesh: over ", placed.layers, " layers their outlines differ by ",
                      number(100 * placed.area_error, 1), " % of the area, by ", number(placed.size_error_mm, 2),
@@ -160,6 +161,7 @@ PrintPlacement place_print(const Printed& printed, const Mesh& mesh, const Place
     print_area += pair.print->area_mm2;
   }
   placed.to_mesh = (Eigen::Translation3d(shift.x(), shift.y(), bottom_mm) * to_bed).inverse(Eigen::Isometry);
+  placed.s = moment_map(placed.to_mesh) * printed.body();
   if (pairs.empty()) return placed;
   placed.area_error = difference / std::max(mesh_area, 1e-9 * print_area);
   placed.size_error_mm =

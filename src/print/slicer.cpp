@@ -15,17 +15,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<double> numbers_in(std::string_view text, std::string_view separators) {
-  std::vector<double> numbers;
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find_first_of(separators), text.size());
-    double value = 0;
-    if (parse_number(text.substr(0, end), value)) numbers.push_back(value);
-    text.remove_prefix(std::min(end + 1, text.size()));
-  }
-  return numbers;
-}
-
 /// What went wrong, in words.
 [[noreturn]] void fail(const SlicerOptions& options, const detail::Ended& ended) {
   const std::string said = ended.output.empty() ? "" : " It said: " + ended.output;
@@ -60,9 +49,10 @@ SlicerProfile read_slicer_profile(const fs::path& path) {
       return behind && behind->starts_with('=') ? detail::after(*behind, "=") : std::nullopt;
     };
     if (const auto density = value_of("filament_density"))
-      if (const std::vector<double> all = numbers_in(*density, ",;"); !all.empty() && all[0] > 0) profile.density_g_cm3 = all[0];
+      if (const std::vector<double> all = detail::numbers_in(*density, ",;"); !all.empty() && all[0] > 0)
+        profile.density_g_cm3 = all[0];
     if (const auto shape = value_of("bed_shape")) {
-      const std::vector<double> all = numbers_in(*shape, ",x");
+      const std::vector<double> all = detail::numbers_in(*shape, ",x");
       Eigen::AlignedBox2d box;
       for (std::size_t n = 0; n + 1 < all.size(); n += 2) box.extend(Eigen::Vector2d(all[n], all[n + 1]));
       if (!box.isEmpty()) profile.bed_centre_mm = box.center();
@@ -74,7 +64,7 @@ SlicerProfile read_slicer_profile(const fs::path& path) {
 Sliced slice(const Mesh& mesh, const std::string& ending, const fs::path& gcode, const SlicerOptions& options,
              const Progress& progress) {
   const SlicerProfile profile = read_slicer_profile(options.profile);
-  const detail::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const fs::path model = folder.path() / ("body" + ending);
   const fs::path laid_down = folder.path() / "body.gcode";
   const Eigen::Matrix3d upright = up_to_z(options.print_direction);
@@ -95,7 +85,6 @@ Sliced slice(const Mesh& mesh, const std::string& ending, const fs::path& gcode,
   Sliced sliced;
   sliced.printed = read_printed(laid_down);
   sliced.placed = place_print(sliced.printed, mesh, {options.print_direction, 0, centre});
-  sliced.s = moment_map(sliced.placed.to_mesh) * sliced.printed.body();
   fs::copy_file(laid_down, gcode, fs::copy_options::overwrite_existing, error);
   if (error) throw Error(ErrorCode::write, concat("Cannot write '", gcode.string(), "': ", error.message(), "."));
   return sliced;

@@ -20,6 +20,9 @@ Json vector(const Eigen::Ref<const Eigen::VectorXd>& v) {
 /// Names of files need not be UTF-8, JSON has to be.
 std::string dumped(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
+/// What every report begins with.
+Json head(const std::string& command) { return {{"schema", 1}, {"version", version()}, {"command", command}}; }
+
 Json matrix(const Eigen::Matrix3d& m) {
   Json rows = Json::array();
   for (Eigen::Index n = 0; n < 3; ++n) rows.push_back(vector(m.row(n).transpose()));
@@ -207,10 +210,7 @@ void add_solver(const RunReport& report, Json& json) {
 
 std::string to_json(const RunReport& report) {
   const Verdict& verdict = report.after;
-  Json json;
-  json["schema"] = 1;
-  json["version"] = version();
-  json["command"] = report.command;
+  Json json = head(report.command);
   json["pass"] = verdict.pass();
   json["input"] = input_json(report.input);
   if (report.print) json["print"] = print_json(*report.print);
@@ -243,10 +243,7 @@ std::string to_json(const RunReport& report) {
 }
 
 std::string to_json(const Inspection& inspection) {
-  Json json;
-  json["schema"] = 1;
-  json["version"] = version();
-  json["command"] = "inspect";
+  Json json = head("inspect");
   json["input"] = input_json(inspection.input);
   json["density_g_cm3"] = inspection.density_g_cm3;
   json["area_mm2"] = number(inspection.area_mm2);
@@ -255,10 +252,7 @@ std::string to_json(const Inspection& inspection) {
 }
 
 std::string to_json(const Measurement& measurement) {
-  Json json;
-  json["schema"] = 1;
-  json["version"] = version();
-  json["command"] = "measure";
+  Json json = head("measure");
   json["print"] = print_json(measurement);
   return dumped(json);
 }

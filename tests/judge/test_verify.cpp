@@ -10,6 +10,7 @@
 
 #include "rayrep/base/error.h"
 #include "rayrep/judge/verify.h"
+#include "rayrep/mesh/mesh_check.h"
 #include "rayrep/mesh/surface_query.h"
 #include "solids.h"
 
@@ -793,6 +794,35 @@ TEST(VerifyFloat, LittleStabilityIsEnoughAndNoneIsNot) {
   EXPECT_NEAR(bar.state.metacentric_height_mm, 900. / (12 * 23.7) - (30 - 23.7) / 2, 1e-9);
   EXPECT_TRUE(bar.pass());
   EXPECT_FALSE(verify(test::icosphere(20, 4), nullptr, spec).pass());
+}
+
+/// A print that lays down exactly the mesh is judged as the mesh is: whatever crosses in it, and whatever is sealed.
+TEST(VerifyPrint, AgreesWithTheMeshWhereThePrintIsTheMesh) {
+  const Mesh two = test::merged({test::box({0, 0, 0}, {40, 30, 20}), test::box({35, 3, 2}, {52, 27, 18})});
+  const Mesh hollowed =
+      test::merged({two, test::flipped(test::box({3, 3, 3}, {33, 27, 17})), test::flipped(test::box({36, 8, 8}, {39, 12, 12}))});
+  const Moments s = mesh_moments(boundary_of_union(hollowed));
+  FloatSpec spec;
+  spec.waterline_mm = 9;
+  const FloatVerdict mesh = verify(hollowed, nullptr, spec);
+  const auto figure = [](const Verdict& verdict, const std::string& name) {
+    for (const Figure& f : verdict.figures)
+      if (f.name == name) return std::get<double>(f.value);
+    ADD_FAILURE() << name;
+    return 0.0;
+  };
+  for (const Mesh& original : {hollowed, two}) {
+    const Verdict print = verify_print(original, s, spec);
+    for (const char* name : {"mass_g", "displaced_mass_g", "metacentric_height_mm", "horizontal_offset_mm", "waterplane_area_mm2"})
+      EXPECT_NEAR(figure(print, name), figure(mesh, name), 1e-9 * std::abs(figure(mesh, name)) + 1e-9) << name;
+  }
+  const Verdict both = verify(PrintedMesh{hollowed, s}, two, spec);
+  EXPECT_NEAR(figure(both, "displaced_mass_g"), figure(mesh, "displaced_mass_g"), 1e-9);
+  EXPECT_EQ(both.cavities, mesh.cavities);
+  // Twice the plastic weighs twice as much, in the same water.
+  const Verdict heavy = verify_print(two, 2 * s, spec);
+  EXPECT_NEAR(figure(heavy, "mass_g"), 2 * figure(mesh, "mass_g"), 1e-9);
+  EXPECT_NEAR(figure(heavy, "displaced_mass_g"), figure(mesh, "displaced_mass_g"), 1e-9);
 }
 
 }  // namespace

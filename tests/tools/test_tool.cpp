@@ -909,6 +909,29 @@ TEST_F(Tool, APrintIsMeasuredAndJudged) {
   EXPECT_TRUE(mentions(missing.err, {"no-such-slicer"}));
 }
 
+TEST_F(Tool, TheCommandThatJudgesASlicedBodyAgainHolds) {
+  // A slicer that prints that box whatever it is given, in the middle of its bed.
+  std::ofstream(folder_ / "box.gcode") << gcode_of_a_box();
+  std::ofstream(folder_ / "bed.ini") << "bed_shape = 0x0,120x0,120x110,0x110\n";
+  std::ofstream(folder_ / "slicer") << "#!/bin/sh\nwhile [ \"$1\" != --output ]; do shift; done\ncp '" +
+                                           (folder_ / "box.gcode").string() + "' \"$2\"\n";
+  fs::permissions(folder_ / "slicer", fs::perms::owner_all);
+  write_mesh(folder_ / "box.stl", box({0, 0, 0}, {20, 10, 6}));
+  const std::string slicer = (folder_ / "slicer").string();
+  const Run made = run("stand box.stl --resolution 40 --slicer " + slicer + " --profile bed.ini -v");
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_TRUE(fs::exists(folder_ / "box_stand.gcode"));
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(made.out, found, std::regex("to judge it again: rayrep (.*)"))) << made.out;
+  EXPECT_TRUE(mentions(found[1].str(), {"verify box_stand.gcode", "--original box.stl"}));
+  const Run again = run(found[1].str());
+  EXPECT_EQ(again.code, 0) << found[1].str() << "\n" << again.err;
+  // What is only expected to be printed cannot be judged again.
+  const Run by_hand = run("stand box.stl --resolution 40 --as-sliced box.gcode --of box.stl -v");
+  EXPECT_EQ(by_hand.code, 0) << by_hand.err;
+  EXPECT_EQ(by_hand.out.find("to judge it again"), std::string::npos);
+}
+
 TEST_F(Tool, NamesWithBlanksAndOtherScripts) {
   fs::copy(folder_ / "egg.stl", folder_ / "mein Ei 蛋.stl");
   const Run result = run("float 'mein Ei 蛋.stl' --resolution 40 --submerged 0.5");

@@ -1,8 +1,5 @@
 #include "measure.h"
 
-#include <unistd.h>
-
-#include <cstdlib>
 #include <fstream>
 #include <numbers>
 #include <sstream>
@@ -27,7 +24,7 @@ Measurement measured(const Options& options, const Mesh* mesh, const std::string
     placing.turned_rad = options.turned_deg * std::numbers::pi / 180;
     result.placed = place_print(printed, *mesh, placing);
     result.mesh = mesh_name;
-    s = moment_map(result.placed->to_mesh) * s;
+    s = result.placed->s;
   }
   if (options.measured_mass_g) {
     result.density_told = false;
@@ -38,26 +35,16 @@ Measurement measured(const Options& options, const Mesh* mesh, const std::string
 }
 
 SlicedBodies::SlicedBodies(const Options& options, const Progress& progress) : options_(options), progress_(progress) {
-  if (by_hand()) {
-    const Mesh mesh = read_mesh(options.sliced_mesh).mesh;
-    const Printed printed = read_printed(options.as_sliced, options.printed);
-    const PrintPlacement placed = place_print(printed, mesh, {options.slicer.print_direction, 0, {}});
-    excess_ = moment_map(placed.to_mesh) * printed.body() - moments_of(mesh);
+  if (!by_hand()) {
+    folder_.emplace();
     return;
   }
-  std::error_code error;
-  std::string name = (std::filesystem::temp_directory_path(error) / "rayrep-XXXXXX").string();
-  if (error || ::mkdtemp(name.data()) == nullptr)
-    throw Error(ErrorCode::write, "Cannot make a temporary folder '" + name + "' for the slicer.");
-  folder_ = name;
+  const Mesh mesh = read_mesh(options.sliced_mesh).mesh;
+  const Printed printed = read_printed(options.as_sliced, options.printed);
+  excess_ = place_print(printed, mesh, {options.slicer.print_direction, 0, {}}).s - moments_of(mesh);
 }
 
-SlicedBodies::~SlicedBodies() {
-  std::error_code ignored;
-  if (!folder_.empty()) std::filesystem::remove_all(folder_, ignored);
-}
-
-std::filesystem::path SlicedBodies::gcode(std::size_t n) const { return folder_ / (std::to_string(n) + ".gcode"); }
+std::filesystem::path SlicedBodies::gcode(std::size_t n) const { return folder_->path() / (std::to_string(n) + ".gcode"); }
 
 Moments SlicedBodies::moments_of(const Mesh& mesh) const { return mesh_moments(boundary_of_union(mesh, progress_)); }
 
@@ -65,7 +52,7 @@ Moments SlicedBodies::slice(const Mesh& body) {
   if (by_hand()) return moments_of(body) + excess_;
   std::string ending = options_.output.extension().string();
   if (ending == ".ply") ending = ".obj";  // which keeps doubles, too, and is read by slicers
-  return rayrep::slice(body, ending, gcode(count_++), options_.slicer, progress_).s;
+  return rayrep::slice(body, ending, gcode(count_++), options_.slicer, progress_).placed.s;
 }
 
 Verdict SlicedBodies::judged(const Mesh& delivered, const Mesh& original, RunReport& report, const Progress& progress) const {
@@ -83,9 +70,8 @@ Verdict SlicedBodies::judged(const Mesh& delivered, const Mesh& original, RunRep
   print.placed = place_print(print.printed, delivered,
                              {options_.slicer.print_direction, 0, read_slicer_profile(options_.slicer.profile).bed_centre_mm});
   print.mesh = options_.output.string();
-  const Moments s = moment_map(print.placed->to_mesh) * print.printed.body();
-  print.body = mass_properties(s, print.density_g_cm3);
-  return verify(PrintedMesh{delivered, s}, original, hollow.spec, {}, progress);
+  print.body = mass_properties(print.placed->s, print.density_g_cm3);
+  return verify(PrintedMesh{delivered, print.placed->s}, original, hollow.spec, {}, progress);
 }
 
 void SlicedBodies::deliver(std::size_t n) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "options.h"
 #include "rayrep/rayrep.h"
@@ -19,9 +20,6 @@ class SlicedBodies {
 public:
   /// Keeps references.
   SlicedBodies(const Options& options, const Progress& progress);
-  ~SlicedBodies();
-  SlicedBodies(const SlicedBodies&) = delete;
-  SlicedBodies& operator=(const SlicedBodies&) = delete;
 
   /// Of the next body. @returns moments of what is laid down, in its frame
   Moments slice(const Mesh& body);
@@ -40,7 +38,7 @@ private:
 
   const Options& options_;
   const Progress& progress_;
-  std::filesystem::path folder_;
+  std::optional<TemporaryFolder> folder_;  ///< none: by hand
   std::size_t count_ = 0;
   Moments excess_ = Moments::Zero();  ///< by hand: of the print over its mesh
 };

@@ -264,6 +264,16 @@ void for_each_body(const Options& options, std::vector<ReadMesh> bodies, const P
                            (failed < bodies.size() ? ", the others are done." : "."));
 }
 
+/// "to judge it again: ...": of what was judged, a mesh or G-code; nothing of what is only expected to be printed.
+std::string judged_again(const Options& options, const RunReport& report, bool with_original) {
+  if (!report.hollow->slices.empty() && !report.print) return "";
+  Options judging = options;
+  judging.placing.print_direction = options.slicer.print_direction;
+  const std::string what = report.print ? report.print->path : report.output;
+  return "\nto judge it again: " + printable(judging_command(judging, report.hollow->spec, what, with_original || report.print)) +
+         "\n";
+}
+
 struct ToDeliver {
   const Options& options;
   const Mesh& solid;
@@ -312,7 +322,7 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   std::cout << printable(to_text(report, options.verbose));
   if (options.verbose) {
     const bool alike = !options.each && (report.input.scale != 1 || report.input.mm_per_unit == 1 || report.input.format == "3MF");
-    std::cout << "\nto judge it again: " << printable(judging_command(options, hollow.spec, report.output, alike)) << "\n";
+    std::cout << judged_again(options, report, alike);
   }
   char took[32];
   std::snprintf(took, sizeof took, "%.2f", report.timings_s.back().second);
@@ -410,8 +420,7 @@ void verify_printed(const Options& options, Stages& stages, const Progress& prog
   Spec spec = options.spec;
   std::visit([&](auto& s) { s.print.density_g_cm3 = report.print->density_g_cm3; }, spec);
   progress.begin("verify");
-  const Moments printed = moment_map(report.print->placed->to_mesh) * report.print->printed.body();
-  report.after = verify_print(original.checked.mesh, printed, spec, {}, progress);
+  report.after = verify_print(original.checked.mesh, report.print->placed->s, spec, {}, progress);
   tell_verdict(options, report, stages);
 }
 

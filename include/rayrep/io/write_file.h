@@ -31,6 +31,19 @@ void remove_unfinished(const std::filesystem::path& target);
 /// without a process of their number. Errors are none.
 void remove_abandoned(const std::filesystem::path& target, std::int64_t before);
 
+/// A folder of its own below the system's temporary one, removed with all that is in it.
+class TemporaryFolder {
+public:
+  TemporaryFolder();  ///< @throws Error{write}
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+private:
+  std::filesystem::path path_;
+};
+
 /// A mesh file that is written beside its place, to be judged as it stands on the disk, and gets its name only with commit().
 /// Without it nothing is left behind. Links and permissions as for write_text_file; devices and pipes are refused.
 class PendingFile {

@@ -19,10 +19,11 @@ struct PlacePrintOptions {
 /// Where a mesh lies in the printer's coordinates, and how well its outlines fit there.
 struct PrintPlacement {
   Eigen::Affine3d to_mesh = Eigen::Affine3d::Identity();  ///< from the printer's coordinates
-  std::size_t layers = 0;                                 ///< that were compared
-  double area_error = 0;       ///< sum of the layers' differences of area over the sum of the mesh's areas
-  double size_error_mm = 0;    ///< median difference of the layers' widths and depths
-  double centre_error_mm = 0;  ///< of three quarters of the layers at most: distance of their centroids, once placed
+  Moments s = Moments::Zero();  ///< of the body as it is laid down: unit density, in the frame of the mesh (mm^3, mm^4, mm^5)
+  std::size_t layers = 0;       ///< that were compared
+  double area_error = 0;        ///< sum of the layers' differences of area over the sum of the mesh's areas
+  double size_error_mm = 0;     ///< median difference of the layers' widths and depths
+  double centre_error_mm = 0;   ///< of three quarters of the layers at most: distance of their centroids, once placed
   std::vector<std::string> notes;
 };
 

@@ -32,7 +32,6 @@ SlicerProfile read_slicer_profile(const std::filesystem::path& path);
 struct Sliced {
   Printed printed;
   PrintPlacement placed;
-  Moments s = Moments::Zero();  ///< of the body as it is laid down: unit density, in the frame of the mesh (mm^3, mm^4, mm^5)
 };
 
 /// Slices a body as it is laid down with 100 % infill, supports on the bed only, its box in the middle of the bed; writes the
