@@ -1,7 +1,7 @@
 #!/bin/sh
 # Fuzzes for real, one target after the other, with clang and libFuzzer (Debian package clang-14):
 #
-#   fuzz/run.sh MINUTES [TARGET...]     each target (read_mesh settings cast verify run; all of them) for so long
+#   fuzz/run.sh MINUTES [TARGET...]     each target (read_mesh read_gcode settings cast verify run; all of them) for so long
 #
 # Begins with fuzz/corpus/TARGET and what earlier runs have found in build/fuzz/corpus/TARGET. What fails is left in
 # build/fuzz/finds/TARGET: mend it, and put it into fuzz/corpus/TARGET, over which every test run goes. Ends with a table; 1 if
@@ -10,7 +10,7 @@ set -eu
 cd "$(dirname "$0")/.."
 minutes=${1:?"how many minutes for each target?"}
 shift
-[ $# -gt 0 ] || set -- read_mesh settings cast verify run
+[ $# -gt 0 ] || set -- read_mesh read_gcode settings cast verify run
 
 cmake --preset fuzz
 cmake --build --preset fuzz
@@ -21,7 +21,7 @@ table="target executions coverage features finds"
 for target in "$@"; do
   mkdir -p "corpus/$target" "finds/$target"
   case $target in
-    read_mesh) length=4096 ;;
+    read_mesh | read_gcode) length=4096 ;;
     *) length=400 ;;
   esac
   log=logs/$target

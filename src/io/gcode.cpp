@@ -12,6 +12,7 @@
 #include "io/gcode_text.h"
 #include "io/mesh_io_detail.h"
 #include "io/printed_outline.h"
+#include "io/read_gcode.h"
 #include "rayrep/base/error.h"
 #include "rayrep/io/printed.h"
 #include "rayrep/physics/bead.h"
@@ -23,7 +24,9 @@ constexpr double kUsualDiameterMm = 1.75;
 constexpr double kOtherDiameterMm = 2.85;
 /// Beads are as wide as the nozzle or wider, and nozzles of less than that are hardly used.
 constexpr double kNarrowestBeadMm = 0.2;
+constexpr double kUsualHeightMm = 0.2;  // of a layer, where a file begins at 0
 constexpr double kFarthestMm = 1e5;
+constexpr double kMostMm3 = 1e9;
 constexpr const char* kStartCode = "start and end code";
 
 /// Follows the nozzle and adds up what it lays down.
@@ -119,7 +122,7 @@ private:
     const std::string_view text = line.comment;
     const auto positive = [](std::string_view number) -> std::optional<double> {
       double value = 0;
-      return parse_number(number, value) && value > 0 && std::isfinite(value) ? std::optional<double>(value) : std::nullopt;
+      return parse_number(number, value) && value > 0 && value <= kFarthestMm ? std::optional<double>(value) : std::nullopt;
     };
     // Slic3r's family and Cura, Bambu Studio, Simplify3D.
     const auto behind = [text](std::initializer_list<const char*> starts) -> std::optional<std::string_view> {
@@ -249,13 +252,15 @@ private:
     if (height_mm_) return *height_mm_;
     const double height = layer_top_mm_ - below_mm_;
     const auto& usual = header_.layer_height_mm;
-    return usual && !(height >= 0.5 * *usual && height <= 2 * *usual) ? *usual : height;
+    if (!usual || *usual == 0) return height > 0 ? height : kUsualHeightMm;
+    return height >= 0.5 * *usual && height <= 2 * *usual ? height : *usual;
   }
 
   static bool is_material(double volume_mm3, double length_mm) { return volume_mm3 > 0 && length_mm > 0; }
 
   /// @param height_mm  of the bead
   void lay_down(const Moments& s, double length_mm, double top_mm, double height_mm) {
+    if (!(s[M1] <= kMostMm3)) fail("it lays down more than a cubic metre at once. Is the file damaged?");
     PrintedFeature& feature = result_.features[feature_];
     feature.s += s;
     ++feature.beads;
@@ -314,6 +319,7 @@ private:
     const Eigen::Vector2d a = from.head<2>() - bead.centre_mm;
     const Eigen::Vector2d b = to.head<2>() - bead.centre_mm;
     bead.radius_mm = a.norm();
+    if (!(bead.radius_mm <= kFarthestMm)) fail("its arc has a radius of more than 100 m. Is the file damaged?");
     bead.from_rad = std::atan2(a.y(), a.x());
     double sweep = std::atan2(b.y(), b.x()) - bead.from_rad;
     const double turn = 2 * std::numbers::pi;

@@ -1,12 +1,9 @@
 #include "rayrep/io/printed.h"
 
 #include "io/archive.h"
+#include "io/read_gcode.h"
 
 namespace rayrep {
-
-namespace detail {
-Printed read_gcode(const FileBytes& file, const PrintedOptions& options);
-}  // namespace detail
 
 Moments Printed::body() const {
   Moments sum = Moments::Zero();

@@ -158,6 +158,16 @@ TEST(Printed, BridgesDoNotLowerTheBottom) {
   EXPECT_NEAR(printed.bottom_mm, 0, 1e-12);
 }
 
+TEST(Printed, WhatNoPrinterDoesIsRefusedAndNothingHasNoHeight) {
+  const std::string head = ";TYPE:Perimeter\nG90\nM83\n";
+  // A first layer at height 0, and no word of how high layers are.
+  const Printed flat = read(head + "G1 X0 Y0 Z0\nG1 X10 E1\n");
+  EXPECT_TRUE(flat.body().allFinite());
+  EXPECT_NEAR(flat.body()[MZ] / flat.body()[M1], -0.1, 1e-12);
+  EXPECT_THROW(read("; filament_diameter = 1e75\n" + head + "G1 X0 Y0 Z0.2\nG1 X10 E1\n"), Error);
+  EXPECT_THROW(read(head + "G1 X0 Y0 Z0.2\nG2 X10 I1e9 E1\n"), Error);
+}
+
 TEST(Printed, SeveralBodiesAndACutOffFileAreNoted) {
   const std::string head = "; filament_diameter = 1.75\nG90\nM83\n;TYPE:Perimeter\n;WIDTH:0.4\n;HEIGHT:0.2\n";
   const std::string tower = "G1 X0 Y0 Z0.2\nG1 X10 E1\nG1 Z0.4\nG1 X0 E1\n";
