@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "rayrep/base/error.h"
+#include "rayrep/mesh/delivery.h"
 #include "rayrep/mesh/mesh.h"
 #include "rayrep/physics/moments.h"
 #include "shapes.h"
@@ -181,6 +182,12 @@ inline Mesh merged(std::initializer_list<Mesh> meshes) {
 }
 
 /// `outer` with a cavity bounded by `inner` (given facing outward, as a solid; must lie inside).
+/// A mesh as what is delivered.
+inline Delivery delivery(Mesh mesh) {
+  Delivery result;
+  result.parts.push_back({.mesh = std::move(mesh)});
+  return result;
+}
 inline Mesh hollow(const Mesh& outer, const Mesh& inner) { return merged({outer, flipped(inner)}); }
 
 /// A mesh whose triangles share no vertices, as STL files store them.

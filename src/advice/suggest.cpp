@@ -133,7 +133,7 @@ private:
     try {
       const Mesh mesh = mesh_with(change);
       const HollowResult result = hollow(mesh, spec_with(change), options_, quiet_);
-      return verify(detail::stored(result.delivery.body(), options_), &mesh, result.spec, {}, quiet_).pass();
+      return verify(result.delivery, &mesh, result.spec, {}, quiet_).pass();
     } catch (const Error& error) {
       if (error.code() == ErrorCode::interrupted) throw;
       return false;

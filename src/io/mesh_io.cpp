@@ -33,6 +33,7 @@ MeshFile read_off(const FileBytes& file, const ReadOptions& options);
 bool is_3mf(std::string_view bytes);
 MeshFile read_3mf(const FileBytes& file, const ReadOptions& options);
 std::string encode_3mf(const Mesh& mesh);
+std::string encode_3mf(const Delivery& delivery, ThreeMfFlavor flavor);
 }  // namespace detail
 
 namespace {
@@ -140,8 +141,11 @@ MeshFile detail::read_mesh_bytes(const FileBytes& file, const ReadOptions& optio
   if (format != by_ending)
     result.notes.push_back(concat("Read as ", result.format, ", as its content says, in spite of the ending '", ending, "'."));
   if (!format->has_unit) result.mm_per_unit = millimetres(options.unit);
-  if (result.mm_per_unit != 1)
+  if (result.mm_per_unit != 1) {
     for (auto& vertex : result.mesh.vertices) vertex *= result.mm_per_unit;
+    for (Part& part : result.modifiers)
+      for (auto& vertex : part.mesh.vertices) vertex *= result.mm_per_unit;
+  }
   return result;
 }
 
@@ -177,7 +181,10 @@ bool can_write(const fs::path& path) {
   return format != nullptr && format->encode != nullptr;
 }
 
-std::string detail::encode_mesh(const fs::path& path, const Mesh& mesh) {
+namespace {
+
+/// @throws Error for what write_mesh does not write
+const Format& format_for(const fs::path& path, const Mesh& mesh) {
   const std::string ending = ending_of(path);
   if (!can_write(path))
     throw Error(ErrorCode::usage, concat("Cannot write '", path.string(), "': the ending '", ending,
@@ -189,7 +196,26 @@ std::string detail::encode_mesh(const fs::path& path, const Mesh& mesh) {
   if (mesh.triangles.empty()) refuse("the mesh has no triangles.");
   for (const auto& vertex : as_stored(path, mesh).vertices)
     if (!vertex.allFinite()) refuse("a coordinate is infinite, not a number, or too large for this kind of file.");
-  return format_of_ending(ending)->encode(mesh);
+  return *format_of_ending(ending);
+}
+
+}  // namespace
+
+std::string detail::encode_mesh(const fs::path& path, const Mesh& mesh) { return format_for(path, mesh).encode(mesh); }
+
+std::string detail::encode_delivery(const fs::path& path, const Delivery& delivery, ThreeMfFlavor flavor) {
+  const Mesh solid = delivery.solid();
+  const Format& format = format_for(path, solid);
+  if (!delivery.has_infill()) return format.encode(solid);
+  if (ending_of(path) != ".3mf")
+    throw Error(ErrorCode::usage,
+                concat("Cannot write '", path.string(),
+                       "': where to print sparsely is told by a modifier, which only 3MF holds. End it in .3mf."));
+  return encode_3mf(delivery, flavor);
+}
+
+void write_delivery(const fs::path& path, const Delivery& delivery, ThreeMfFlavor flavor) {
+  write_text_file(path, detail::encode_delivery(path, delivery, flavor));
 }
 
 void write_mesh(const fs::path& path, const Mesh& mesh) { write_text_file(path, detail::encode_mesh(path, mesh)); }

@@ -124,24 +124,44 @@ struct ModelPart {
 /// Slicers keep modifiers, negative volumes and support blockers as triangles like any others and tell them apart in a part of
 /// their own: PrusaSlicer by ranges of the triangles of an object, Bambu Studio and OrcaSlicer by the components of one.
 struct SlicerMarks {
+  struct Mark {
+    std::string kind;
+    std::optional<SparseInfill> infill = {};  ///< of a modifier that sets it
+  };
   struct Range {
     std::size_t first = 0;
     std::size_t last = 0;  ///< inclusive
-    std::string kind;
+    Mark mark;
   };
   struct Volumes {
     std::vector<Range> special;
     std::size_t bodies = 0;
   };
-  std::map<std::string, Volumes, std::less<>> volumes;               // by object
-  std::map<std::pair<std::string, std::string>, std::string> kinds;  // by object and component
+  std::map<std::string, Volumes, std::less<>> volumes;        // by object
+  std::map<std::pair<std::string, std::string>, Mark> marks;  // by object and component
 };
 
-enum class Role { material, negative, none };
+/// "15%", with what the slicer calls density and pattern of the infill.
+std::optional<SparseInfill> infill_told(const pugi::xml_node& volume, std::string_view density, std::string_view pattern) {
+  SparseInfill infill;
+  bool told = false;
+  for (const auto& metadata : volume.children()) {
+    std::string_view value = attribute(metadata, "value");
+    if (attribute(metadata, "key") == pattern) infill.pattern = value;
+    if (attribute(metadata, "key") != density) continue;
+    if (value.ends_with('%')) value.remove_suffix(1);
+    told = parse_number(value, infill.percent) && infill.percent >= 0 && infill.percent <= 100;
+  }
+  infill.share = infill.percent / 100;
+  return told ? std::optional(infill) : std::nullopt;
+}
+
+enum class Role { material, negative, modifier, none };
 
 Role role_of(std::string_view kind) {
   if (kind == "NegativeVolume" || kind == "negative_part") return Role::negative;
   if (kind.empty() || kind == "ModelPart" || kind == "normal_part") return Role::material;
+  if (kind == "ParameterModifier" || kind == "modifier_part") return Role::modifier;
   return Role::none;
 }
 
@@ -175,6 +195,8 @@ public:
     if (supports_ > 0) result_.notes.push_back(plural(supports_, "support object", "support objects") + " left out.");
     for (const auto& [what, count] : left_out_)
       result_.notes.push_back(concat(plural(count, "volume", "volumes"), " marked '", what, "' left out: no material of its own."));
+    if (const std::size_t count = result_.modifiers.size(); count > 0)
+      result_.notes.push_back(concat(plural(count, "modifier", "modifiers"), " with infill of another density."));
     if (negatives_ > 0) result_.notes.push_back(plural(negatives_, "negative volume", "negative volumes") + " subtracted.");
     result_.polygons = result_.mesh.triangles.size();
     return std::move(result_);
@@ -212,8 +234,9 @@ private:
         if (role_of(kind) == Role::material) {
           ++marks_.volumes[id].bodies;
         } else {
-          marks_.volumes[id].special.push_back(
-              {triangle_id(volume, "firstid", id), triangle_id(volume, "lastid", id), std::string(kind)});
+          marks_.volumes[id].special.push_back({triangle_id(volume, "firstid", id),
+                                                triangle_id(volume, "lastid", id),
+                                                {std::string(kind), infill_told(volume, "fill_density", "fill_pattern")}});
         }
       }
     }
@@ -235,8 +258,9 @@ private:
     for (const auto& object : child(xml->document, "config").children())
       for (const auto& component : object.children())
         if (local_name(component.name()) == "part")
-          marks_.kinds[{std::string(attribute(object, "id")), std::string(attribute(component, "id"))}] =
-              attribute(component, "subtype");
+          marks_.marks[{std::string(attribute(object, "id")), std::string(attribute(component, "id"))}] = {
+              std::string(attribute(component, "subtype")),
+              infill_told(component, "sparse_infill_density", "sparse_infill_pattern")};
   }
 
   /// A model part, read on first use.
@@ -347,7 +371,7 @@ private:
 
   void append_item(const Reference& item) {
     Placed placed;
-    append_reference(item, Eigen::Affine3d::Identity(), {}, 0, placed);
+    append_reference(item, {Eigen::Affine3d::Identity(), {}, 0}, placed);
     if (!placed.negative.triangles.empty() && !placed.material.triangles.empty()) {
       auto rest = without(placed.material, placed.bodies, placed.negative);
       if (!rest)
@@ -360,11 +384,18 @@ private:
     append(result_.mesh, placed.material);
   }
 
-  /// Appends what a build item or a component refers to, as seen from its parent through `parent`.
-  /// @param kind  what a slicer has marked the parent as
-  void append_reference(const Reference& reference, const Eigen::Affine3d& parent, std::string kind, int depth, Placed& placed) {
+  /// Where an object stands: in what place, as what a slicer has marked it or its parent, how deep.
+  struct Seat {
+    Eigen::Affine3d place;
+    SlicerMarks::Mark mark;
+    int depth = 0;
+  };
+
+  /// Appends what a build item or a component refers to.
+  void append_reference(const Reference& reference, const Seat& parent, Placed& placed) {
     const std::string where = named(reference.id);
-    if (depth > kMaxDepth)
+    SlicerMarks::Mark mark = parent.mark;
+    if (parent.depth > kMaxDepth)
       fail_read(file_, where,
                 concat("components are nested deeper than ", kMaxDepth, " levels or contain themselves. Export the model again."));
     if (++instances_ > kMaxInstances)
@@ -382,9 +413,10 @@ private:
       ++supports_;
       return;
     }
-    if (!object.type.empty() && object.type != "model") kind = object.type;  // "other" or "surface"
-    if (!kind.empty() && role_of(kind) == Role::none) {
-      ++left_out_[kind];
+    if (!object.type.empty() && object.type != "model") mark = {object.type};  // "other" or "surface"
+    const Role role = role_of(mark.kind);
+    if (role == Role::none || (role == Role::modifier && !mark.infill)) {
+      ++left_out_[mark.kind];
       return;
     }
     if (!object.not_only_triangles.empty())
@@ -392,24 +424,31 @@ private:
           file_, where,
           concat("its shape is made of ", object.not_only_triangles,
                  ", which rayrep does not read; its triangles alone are another shape. Export it as plain triangles, or as STL."));
-    const Eigen::Affine3d here = parent * reference.transform;
+    const Eigen::Affine3d here = parent.place * reference.transform;
     const bool is_root = reference.part == root_;
     const auto volumes = is_root ? marks_.volumes.find(reference.id) : marks_.volumes.end();
     if (volumes != marks_.volumes.end() && !volumes->second.special.empty()) {
       append_volumes(object.mesh, volumes->second, here, where, placed);
     } else if (!object.mesh.triangles.empty()) {
-      append_as(role_of(kind), object.mesh, here, where, placed);
+      append_as(mark, object.mesh, here, where, placed);
     }
     for (const Reference& component : object.components) {
-      const auto mark = is_root ? marks_.kinds.find({reference.id, component.id}) : marks_.kinds.end();
-      append_reference(component, here, mark == marks_.kinds.end() ? kind : mark->second, depth + 1, placed);
+      const auto own = is_root ? marks_.marks.find({reference.id, component.id}) : marks_.marks.end();
+      append_reference(component, {here, own == marks_.marks.end() ? mark : own->second, parent.depth + 1}, placed);
     }
   }
 
-  void append_as(Role role, const Mesh& mesh, const Eigen::Affine3d& here, const std::string& where, Placed& placed) {
+  void append_as(const SlicerMarks::Mark& mark, const Mesh& mesh, const Eigen::Affine3d& here, const std::string& where,
+                 Placed& placed) {
+    const Role role = role_of(mark.kind);
     if (role == Role::negative) {
       ++negatives_;
       append_mesh(mesh, here, where, placed.negative);
+    } else if (role == Role::modifier) {
+      Part& part = result_.modifiers.emplace_back();
+      part.role = Part::Role::modifier;
+      part.infill = mark.infill;
+      append_mesh(mesh, here, where, part.mesh);
     } else {
       ++placed.bodies;
       append_mesh(mesh, here, where, placed.material);
@@ -423,18 +462,19 @@ private:
     for (const auto& range : volumes.special) {
       if (range.first > range.last || range.last >= mesh.triangles.size())
         fail_read(file_, where,
-                  concat("the slicer's settings mark its triangles ", range.first, " to ", range.last, " as '", range.kind,
+                  concat("the slicer's settings mark its triangles ", range.first, " to ", range.last, " as '", range.mark.kind,
                          "', but it has ", mesh.triangles.size(), ". Export the model again."));
       std::vector<bool> in_range(mesh.triangles.size());
       for (std::size_t t = range.first; t <= range.last; ++t) in_range[t] = taken[t] = true;
-      if (role_of(range.kind) == Role::negative) {
-        append_as(Role::negative, only(mesh, in_range), here, where, placed);
+      const Role role = role_of(range.mark.kind);
+      if (role == Role::negative || (role == Role::modifier && range.mark.infill)) {
+        append_as(range.mark, only(mesh, in_range), here, where, placed);
       } else {
-        ++left_out_[range.kind];
+        ++left_out_[range.mark.kind];
       }
     }
     taken.flip();
-    append_as(Role::material, only(mesh, taken), here, where, placed);
+    append_as({}, only(mesh, taken), here, where, placed);
     placed.bodies += volumes.bodies;
   }
 
@@ -556,16 +596,9 @@ std::string relationships_xml() {
 )");
 }
 
-std::string model_xml(const Mesh& mesh) {
-  std::string xml = R"(<?xml version="1.0" encoding="UTF-8"?>
-<model unit="millimeter" xml:lang="en-US" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02" xmlns:slic3rpe="http://schemas.slic3r.org/3mf/2017/06">
- <metadata name="slic3rpe:Version3mf">1</metadata>
- <metadata name="Application">rayrep</metadata>
- <resources>
-  <object id="1" type="model">
-   <mesh>
-    <vertices>
-)";
+/// A mesh as an object.
+void append_object(std::string& xml, int id, const Mesh& mesh) {
+  xml += concat("  <object id=\"", id, "\" type=\"model\">\n   <mesh>\n    <vertices>\n");
   for (const auto& p : mesh.vertices) {
     append_number(xml += "     <vertex x=\"", p.x());
     append_number(xml += "\" y=\"", p.y());
@@ -579,52 +612,104 @@ std::string model_xml(const Mesh& mesh) {
     append_number(xml += "\" v3=\"", static_cast<long long>(t[2]));
     xml += "\"/>\n";
   }
-  return xml += R"(    </triangles>
-   </mesh>
-  </object>
- </resources>
- <build>
-  <item objectid="1"/>
- </build>
-</model>
+  xml += "    </triangles>\n   </mesh>\n  </object>\n";
+}
+
+/// The meshes as objects 1, 2 ...; of several, one more gathers them. The last one is built.
+std::string model_xml(const std::vector<Mesh>& meshes) {
+  std::string xml = R"(<?xml version="1.0" encoding="UTF-8"?>
+<model unit="millimeter" xml:lang="en-US" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02" xmlns:slic3rpe="http://schemas.slic3r.org/3mf/2017/06">
+ <metadata name="slic3rpe:Version3mf">1</metadata>
+ <metadata name="Application">rayrep</metadata>
+ <resources>
 )";
+  int id = 0;
+  for (const Mesh& mesh : meshes) append_object(xml, ++id, mesh);
+  if (meshes.size() > 1) {
+    xml += concat("  <object id=\"", meshes.size() + 1, "\" type=\"model\">\n   <components>\n");
+    for (int n = 1; n <= id; ++n) xml += concat("    <component objectid=\"", n, "\"/>\n");
+    xml += "   </components>\n  </object>\n";
+    ++id;
+  }
+  return xml += concat(" </resources>\n <build>\n  <item objectid=\"", id, "\"/>\n </build>\n</model>\n");
+}
+
+std::string percent_text(const SparseInfill& infill) {
+  std::string text;
+  append_number(text, infill.percent);
+  return text + "%";
 }
 
 /// PrusaSlicer's own part: without 100 % infill the user's profile makes a hollow body heavier than a solid one, and automatic
 /// supports fill its cavity unless they must start on the build plate.
-std::string prusa_config_xml(std::size_t triangles) {
-  return concat(R"(<?xml version="1.0" encoding="UTF-8"?>
+std::string prusa_config_xml(const Delivery& delivery) {
+  std::string xml = R"(<?xml version="1.0" encoding="UTF-8"?>
 <config>
  <object id="1" instances_count="1">
   <metadata type="object" key="name" value="body"/>
   <metadata type="object" key="fill_density" value="100%"/>
   <metadata type="object" key="fill_pattern" value="rectilinear"/>
   <metadata type="object" key="support_material_buildplate_only" value="1"/>
-  <volume firstid="0" lastid=")",
-                triangles - 1, R"(">
-   <metadata type="volume" key="name" value="body"/>
-   <metadata type="volume" key="volume_type" value="ModelPart"/>
+)";
+  std::size_t first = 0;
+  const auto volume = [&](const Mesh& mesh, const char* name, const char* type, const std::string& settings) {
+    xml += concat("  <volume firstid=\"", first, "\" lastid=\"", first + mesh.triangles.size() - 1, R"(">
+   <metadata type="volume" key="name" value=")",
+                  name, R"("/>
+   <metadata type="volume" key="volume_type" value=")",
+                  type, R"("/>
    <metadata type="volume" key="matrix" value="1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"/>
-  </volume>
- </object>
-</config>
-)");
+)",
+                  settings, "  </volume>\n");
+    first += mesh.triangles.size();
+  };
+  const auto setting = [](const char* key, const std::string& value) {
+    return concat("   <metadata type=\"volume\" key=\"", key, "\" value=\"", value, "\"/>\n");
+  };
+  volume(delivery.body(), "body", "ModelPart", "");
+  for (const Part& part : delivery.parts) {
+    if (!part.infill) continue;
+    volume(part.mesh, "sparse", "ParameterModifier",
+           setting("modifier", "1") + setting("fill_density", percent_text(*part.infill)) +
+               (part.infill->pattern.empty() ? "" : setting("fill_pattern", part.infill->pattern)) +
+               setting("top_solid_layers", "0") + setting("bottom_solid_layers", "0") + setting("solid_infill_below_area", "0"));
+  }
+  return xml += " </object>\n</config>\n";
 }
 
 /// The same for Bambu Studio and OrcaSlicer.
-constexpr const char* kBambuConfig = R"(<?xml version="1.0" encoding="UTF-8"?>
+std::string bambu_config_xml(const Delivery& delivery) {
+  const bool gathered = delivery.has_infill();
+  std::size_t id = 1;
+  std::string parts;
+  const auto add = [&](const char* name, const char* subtype, const std::string& settings) {
+    parts += concat("  <part id=\"", id++, "\" subtype=\"", subtype, R"(">
+   <metadata key="name" value=")",
+                    name, R"("/>
+   <metadata key="matrix" value="1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"/>
+)",
+                    settings, "  </part>\n");
+  };
+  const auto setting = [](const char* key, const std::string& value) {
+    return concat("   <metadata key=\"", key, "\" value=\"", value, "\"/>\n");
+  };
+  add("body", "normal_part", "");
+  for (const Part& part : delivery.parts)
+    if (part.infill)
+      add("sparse", "modifier_part",
+          setting("sparse_infill_density", percent_text(*part.infill)) +
+              (part.infill->pattern.empty() ? "" : setting("sparse_infill_pattern", part.infill->pattern)) +
+              setting("top_shell_layers", "0") + setting("bottom_shell_layers", "0") + setting("minimum_sparse_infill_area", "0"));
+  return concat(R"(<?xml version="1.0" encoding="UTF-8"?>
 <config>
- <object id="1">
+ <object id=")",
+                gathered ? id : 1, R"(">
   <metadata key="name" value="body"/>
   <metadata key="sparse_infill_density" value="100%"/>
   <metadata key="support_on_build_plate_only" value="1"/>
-  <part id="1" subtype="normal_part">
-   <metadata key="name" value="body"/>
-   <metadata key="matrix" value="1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"/>
-  </part>
- </object>
-</config>
-)";
+)",
+                parts, " </object>\n</config>\n");
+}
 
 }  // namespace
 
@@ -633,11 +718,30 @@ bool is_3mf(std::string_view bytes) { return bytes.starts_with("PK\x03\x04"); }
 MeshFile read_3mf(const FileBytes& file, const ReadOptions& options) { return ModelReader(file, options).read(); }
 
 std::string encode_3mf(const Mesh& mesh) {
+  Delivery delivery;
+  delivery.parts.push_back({.mesh = mesh});
   return pack({{"[Content_Types].xml", kContentTypes},
                {"_rels/.rels", relationships_xml()},
-               {kDefaultModel, model_xml(mesh)},
-               {"Metadata/Slic3r_PE_model.config", prusa_config_xml(mesh.triangles.size())},
-               {"Metadata/model_settings.config", kBambuConfig}});
+               {kDefaultModel, model_xml({mesh})},
+               {"Metadata/Slic3r_PE_model.config", prusa_config_xml(delivery)},
+               {"Metadata/model_settings.config", bambu_config_xml(delivery)}});
+}
+
+std::string encode_3mf(const Delivery& delivery, ThreeMfFlavor flavor) {
+  const bool bambu = flavor == ThreeMfFlavor::bambu;
+  std::vector<Mesh> meshes = {delivery.body()};
+  for (const Part& part : delivery.parts) {
+    if (!part.infill) continue;
+    if (bambu)
+      meshes.push_back(part.mesh);
+    else
+      append(meshes.front(), part.mesh);
+  }
+  const char* const name = bambu ? "Metadata/model_settings.config" : "Metadata/Slic3r_PE_model.config";
+  return pack({{"[Content_Types].xml", kContentTypes},
+               {"_rels/.rels", relationships_xml()},
+               {kDefaultModel, model_xml(meshes)},
+               {name, bambu ? bambu_config_xml(delivery) : prusa_config_xml(delivery)}});
 }
 
 }  // namespace rayrep::detail

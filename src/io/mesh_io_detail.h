@@ -31,6 +31,8 @@ MeshFile read_mesh_bytes(const FileBytes& file, const ReadOptions& options);
 
 /// The bytes that write_mesh writes. @throws Error as write_mesh does, but for the file itself.
 std::string encode_mesh(const std::filesystem::path& path, const Mesh& mesh);
+/// The bytes that write_delivery writes.
+std::string encode_delivery(const std::filesystem::path& path, const Delivery& delivery, ThreeMfFlavor flavor);
 
 /// True if the bytes begin with `word` and it ends there.
 bool begins_with_word(std::string_view bytes, std::string_view word);

@@ -211,8 +211,8 @@ PendingFile::~PendingFile() {
   if (!path_.empty()) ::unlink(path_.c_str());
 }
 
-void PendingFile::write(const Mesh& mesh) {
-  const std::string bytes = detail::encode_mesh(target_, mesh);
+void PendingFile::write(const Delivery& delivery, ThreeMfFlavor flavor) {
+  const std::string bytes = detail::encode_delivery(target_, delivery, flavor);
   if (!path_.empty()) ::unlink(path_.c_str());
   path_.clear();
   path_ = write_beside(target_, resolved_, bytes);

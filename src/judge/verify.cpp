@@ -396,11 +396,14 @@ Verdict verify_print(const Mesh& original, const Moments& printed, const Spec& s
   return judge_any(in_hull(merged, printed, progress), spec, limits, progress);
 }
 
-Verdict verify(const PrintedMesh& delivered, const Mesh& original, const Spec& spec, const Limits& limits,
-               const Progress& progress) {
+namespace {
+
+/// @param original  may be null
+Verdict judge_both(const PrintedMesh& delivered, const Mesh* original, const Spec& spec, const Limits& limits,
+                   const Progress& progress) {
   check_any(spec);
   Verdict of_mesh;
-  const Surface surface = judge_surface(delivered.mesh, &original, progress, of_mesh);
+  const Surface surface = judge_surface(delivered.mesh, original, progress, of_mesh);
   const Print& print = print_of(spec);
   add_surface_criteria(surface, {true, print, limits.wall_ratio}, progress, of_mesh);
   if (!Surface::closed(of_mesh)) return of_mesh;
@@ -419,6 +422,33 @@ Verdict verify(const PrintedMesh& delivered, const Mesh& original, const Spec& s
   add(both.meaning, verdict.meaning);
   add(both.notes, verdict.notes);
   return both;
+}
+
+/// What is assumed of the sparse regions.
+std::string assumed(const SparseInfill& infill) {
+  return "Assumed: printed solid but for the sparse regions, whose " + (infill.pattern.empty() ? "" : infill.pattern + " ") +
+         "infill of " + number(infill.percent, 1) + " % takes " + number(100 * infill.share, 2) +
+         " % of their room. Slice it, and let 'rayrep verify NAME.gcode' judge what is printed.";
+}
+
+}  // namespace
+
+Verdict verify(const PrintedMesh& delivered, const Mesh& original, const Spec& spec, const Limits& limits,
+               const Progress& progress) {
+  return judge_both(delivered, &original, spec, limits, progress);
+}
+
+Verdict verify(const Delivery& delivered, const Mesh* original, const Spec& spec, const Limits& limits, const Progress& progress) {
+  const Mesh solid = delivered.solid();
+  if (!delivered.has_infill()) return verify(solid, original, spec, limits, progress);
+  require_size(solid);
+  Verdict verdict = judge_both({solid, moments_of(delivered, progress)}, original, spec, limits, progress);
+  for (const Part& part : delivered.parts)
+    if (part.infill) {
+      const std::string note = assumed(*part.infill);
+      if (std::find(verdict.notes.begin(), verdict.notes.end(), note) == verdict.notes.end()) verdict.notes.push_back(note);
+    }
+  return verdict;
 }
 
 Figures state_figures(const Mesh& mesh, const FloatSpec& spec, const Limits& limits, const Progress& progress) {

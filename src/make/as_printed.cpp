@@ -64,7 +64,7 @@ Moments solve_as_printed(AsPrinted problem, const InteriorSolver& solver, Maker&
     HollowResult now = result;
     built.start = solve_as_built(built, solver, printed, now, progress);
     progress.begin("slice");
-    const Moments s = moment_map(result.to_working) * problem.options.as_printed(now.delivery.body());
+    const Moments s = moment_map(result.to_working) * problem.options.as_printed(now.delivery);
     double error = built.error(s);
     const bool stays = error > kMisses && error > kHardlyLess * last;
     if (problem.give_way && stays) {

@@ -42,7 +42,11 @@ double volume_mm3(const BlockField& field) {
 }  // namespace
 
 Discretisation discretisation(const Print& print, const HollowOptions& options) {
-  return {print.wall_mm, options.resolution, options.min_cavity_mm3};
+  // Slicers do not see less: the lines of infill are as far apart.
+  constexpr double kSmallestSparse_mm3 = 100;
+  const bool sparse = print.infill.wanted();
+  return {print.wall_mm, options.resolution,
+          sparse ? std::max(kSmallestSparse_mm3, options.min_cavity_mm3) : options.min_cavity_mm3, print.infill.share()};
 }
 
 void check(const HollowOptions& options, const Spec& spec) {
@@ -56,7 +60,8 @@ Body::Body(Mesh mesh, const Eigen::Affine3d& frame, const Discretisation& option
       to_working(frame),
       working(transformed(outer, to_working)),
       hull(outer_hull(working)),
-      surface(working) {
+      surface(working),
+      weight_(1 - options.share) {
   const bool has_sealed_cavities = hull.triangles.size() < working.triangles.size();
   hull = boundary_of_union(hull, progress);
   solid = mesh_moments(has_sealed_cavities ? boundary_of_union(working, progress) : hull);
@@ -70,10 +75,16 @@ Body::Body(Mesh mesh, const Eigen::Affine3d& frame, const Discretisation& option
     throw Error(ErrorCode::goal, "A wall of " + number(options.wall_mm, 3) + " mm is too thin to be resolved in a body " +
                                      number(size_mm, 1) + " mm long: choose at least " + number(size_mm / 500, 3) +
                                      " mm (--wall). If the body is not meant to be that long, set --unit or --size.");
-  inner = inner_domain(surface, inside, progress);
+  inner = domain(inside, progress);
   if (inner.rays.intervals.empty()) throw Error(ErrorCode::goal, nothing_inside(options, progress));
   integrals.emplace(inner.rays);
   shell = solid - integrals->full();
+}
+
+InnerDomain Body::domain(const InnerDomainOptions& options, const Progress& progress) const {
+  InnerDomain found = inner_domain(surface, options, progress);
+  found.rays.grid.weight = weight_;
+  return found;
 }
 
 double Body::missed() const {
@@ -103,7 +114,7 @@ bool Body::refine(const Discretisation& options, const Progress& progress) {
   progress.begin("domain");
   InnerDomainOptions finer = inner_options(options, size_mm);
   finer.field_spacing_mm = finest_mm;
-  inner.field = inner_domain(surface, finer, progress).field;
+  inner.field = domain(finer, progress).field;
   return true;
 }
 
@@ -124,7 +135,7 @@ RayRep Body::inner_with(double wall_mm, double spacing_mm, const Progress& progr
   options.wall_mm = wall_mm;
   options.ray_spacing_mm = options.field_spacing_mm = spacing_mm;
   const Progress quiet{.stage = {}, .cancelled = progress.cancelled};
-  return inner_domain(surface, options, quiet).rays;
+  return domain(options, quiet).rays;
 }
 
 }  // namespace rayrep::detail

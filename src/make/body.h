@@ -16,6 +16,7 @@ struct Discretisation {
   double wall_mm = 1.2;
   int resolution = 200;
   double min_cavity_mm3 = 4.0;
+  double share = 0;  ///< of a cavity that infill takes
 };
 Discretisation discretisation(const Print& print, const HollowOptions& options);
 
@@ -35,7 +36,7 @@ struct Body {
   SurfaceQuery surface;
   InnerDomain inner;
   std::optional<RayIntegrals> integrals;  ///< over the inner domain
-  Moments shell;                          ///< solid - inner domain
+  Moments shell;                          ///< of the lightest there is: the inner domain all cavity
 
   /// @throws Error{goal} when the wall leaves no inside or cannot be resolved
   Body(Mesh mesh, const Eigen::Affine3d& frame, const Discretisation& options, const Progress& progress);
@@ -52,6 +53,9 @@ struct Body {
   bool refine(const Discretisation& options, const Progress& progress);
 
 private:
+  double weight_ = 1;  ///< of the rays
+
+  InnerDomain domain(const InnerDomainOptions& options, const Progress& progress) const;
   std::string nothing_inside(const Discretisation& options, const Progress& progress) const;
 };
 

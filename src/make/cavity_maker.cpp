@@ -5,7 +5,7 @@ namespace rayrep::detail {
 CavityMaker::CavityMaker(Body& body, const Print& print, const HollowOptions& options, const Progress& progress)
     : body_(body), print_(print), options_(options), progress_(progress) {
   cavity_options_.wall_mm = print.wall_mm;
-  cavity_options_.min_cavity_mm3 = options.min_cavity_mm3;
+  cavity_options_.min_cavity_mm3 = discretisation(print, options).min_cavity_mm3;
   cavity_options_.as_delivered = [this](const Mesh& mesh) {
     const Mesh turned = transformed(mesh, body_.to_working.inverse());
     return options_.as_stored ? options_.as_stored(turned) : turned;
@@ -28,7 +28,8 @@ void CavityMaker::make_anew(const Moments& q) {
 
 void CavityMaker::measure() {
   shells_ = cavity_options_.as_delivered(cavity_.mesh);
-  moments_ = body_.solid + mesh_moments(transformed(shells_, body_.to_working));  // shells face inward: negative
+  // Shells face inward: their moments are negative.
+  moments_ = body_.solid + (1 - print_.infill.share()) * mesh_moments(transformed(shells_, body_.to_working));
 }
 
 bool CavityMaker::refine() {
@@ -41,9 +42,18 @@ bool CavityMaker::spoilt() const { return followed_ && cavity_.crossing > crossi
 
 Made CavityMaker::made() const {
   Mesh mesh = body_.outer;
-  append(mesh, shells_);
   Made made;
+  const Infill& infill = print_.infill;
+  if (!infill.wanted()) append(mesh, shells_);
   made.delivery.parts.push_back({.mesh = std::move(mesh), .density_g_cm3 = print_.density_g_cm3});
+  if (infill.wanted() && !shells_.triangles.empty()) {
+    Mesh sparse = shells_;
+    flip(sparse);
+    made.delivery.parts.push_back({.mesh = std::move(sparse),
+                                   .role = Part::Role::modifier,
+                                   .density_g_cm3 = print_.density_g_cm3,
+                                   .infill = SparseInfill{infill.percent, infill.pattern, infill.share()}});
+  }
   made.cavities = cavity_.cavities;
   made.filled_cavities = cavity_.filled;
   made.filled_mm3 = cavity_.filled_mm3;

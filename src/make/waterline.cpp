@@ -191,7 +191,7 @@ double smallest_offset_mm(const RayRep& inner, const Moments& shell, std::option
   for (std::size_t ray = 0; ray < inner.grid.size(); ++ray) {
     double length = 0;
     for (std::uint32_t n = inner.first[ray]; n < inner.first[ray + 1]; ++n) length += inner.intervals[n].length();
-    if (length > 0) columns.push_back({inner.grid.at(ray) - target_mm, length * inner.grid.cell_area_mm2()});
+    if (length > 0) columns.push_back({inner.grid.at(ray) - target_mm, length * inner.grid.weighted_area_mm2()});
   }
   // min of direction.(centre of mass - target): fill the columns from the lowest side until the mass is reached.
   std::vector<std::pair<double, double>> along(columns.size());

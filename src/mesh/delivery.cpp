@@ -1,11 +1,28 @@
 #include "rayrep/mesh/delivery.h"
 
+#include <algorithm>
+
 namespace rayrep {
 
 Mesh Delivery::mesh_of(Part::Role role) const {
   Mesh mesh;
   for (const Part& part : parts)
     if (part.role == role) append(mesh, part.mesh);
+  return mesh;
+}
+
+bool Delivery::has_infill() const {
+  return std::any_of(parts.begin(), parts.end(), [](const Part& part) { return part.infill.has_value(); });
+}
+
+Mesh Delivery::solid() const {
+  Mesh mesh = body();
+  for (const Part& part : parts)
+    if (part.infill) {
+      Mesh hole = part.mesh;
+      flip(hole);
+      append(mesh, hole);
+    }
   return mesh;
 }
 

@@ -24,10 +24,16 @@ Settings asked_for(Settings settings, For purpose) {
   return settings;
 }
 
-std::string material_names() {
+std::string names_of(const std::vector<std::string>& all) {
   std::string names;
-  for (const Material& m : materials()) names += (names.empty() ? "" : " ") + m.name;
+  for (const std::string& name : all) names += (names.empty() ? "" : " ") + name;
   return names;
+}
+
+std::string material_names() {
+  std::vector<std::string> all;
+  for (const Material& m : materials()) all.push_back(m.name);
+  return names_of(all);
 }
 
 std::string shown_point(const Eigen::Vector3d& p) { return shown(p.x(), 9) + "," + shown(p.y(), 9) + "," + shown(p.z(), 9); }
@@ -203,11 +209,26 @@ void check_up(const Eigen::Vector3d& up) {
   if (!up.allFinite() || !(up.norm() > 0)) usage_error("The up direction must be a vector that is not zero.");
 }
 
+void check_infill(const Print& print) {
+  const Infill& infill = print.infill;
+  if (!infill.wanted()) return;
+  if (print.liquid_g_cm3 > 0) usage_error("Resin printers have no infill: leave --infill out, or choose a filament.");
+  const double skin_mm = infill.skin_mm();
+  if (!(print.wall_mm >= skin_mm * (1 - 1e-9)))
+    usage_error("The slicer makes " + shown(skin_mm, 4) + " mm below the surface solid (" + std::to_string(infill.perimeters) +
+                " perimeters of " + shown(infill.extrusion_width_mm) + " mm, " + std::to_string(infill.top_layers) + " and " +
+                std::to_string(infill.bottom_layers) + " layers of " + shown(infill.layer_height_mm) +
+                " mm): with infill the wall must be at least that, and it is " + shown(print.wall_mm) +
+                " mm. Leave --wall out, or say fewer perimeters or layers, here and in the slicer.");
+}
+
 template <typename Spec>
 void check_rows(const Spec& spec, For purpose) {
   Spec copy = spec;
   check(settings(copy, purpose));
   check(settings(copy.print, purpose));
+  check(settings(copy.print.infill, purpose));
+  if (purpose == For::making) check_infill(spec.print);
   check_up(spec.up);
   check_density("density", spec.print.density_g_cm3);
 }
@@ -238,6 +259,90 @@ void check_inertia(const InertialTargets& targets) {
 }
 
 }  // namespace
+
+Settings settings(Infill& infill, For purpose) {
+  static constexpr std::array<const char*, 2> kCavities = {"void", "infill"};
+  constexpr double kUsualPercent = 15;
+  return asked_for(
+      {{.name = "cavity",
+        .value = "KIND",
+        .words = "void, or infill: printed sparsely, like --infill 15",
+        .details =
+            "void: closed cavities, everything else solid. infill: no cavity; the slicer fills so much of the inside with sparse "
+            "infill, and makes the rest solid. Nothing hangs over a void then and nothing is sealed in, but it does not get as "
+            "light. Needs a 3MF output, in which the sparse region is a modifier.",
+        .place = TextPlace{[&infill](const std::string& text) {
+                             infill.percent = parse_choice("cavity", text, kCavities) == 0 ? 0 : kUsualPercent;
+                           },
+                           [&infill] { return std::string(kCavities[infill.wanted() ? 1 : 0]); }},
+        .applies = For::making},
+       {.name = "infill",
+        .value = "PERCENT",
+        .words = "of the sparse region, as the slicer calls it",
+        .details = "",
+        .place = &infill.percent,
+        .range = {.lo = 0, .hi = 90, .open = false},
+        .applies = For::making},
+       {.name = "infill-pattern",
+        .value = "NAME",
+        .words = "of it, in PrusaSlicer's words (default gyroid)",
+        .details = "Measured ones: " + names_of(infill_patterns()) +
+                   ". Of others the percentage is taken as it is; see --infill-laid-down.",
+        .place = TextPlace{[&infill](const std::string& text) { infill.pattern = text; }, [&infill] { return infill.pattern; }},
+        .applies = For::making,
+        .rare = true},
+       {.name = "infill-laid-down",
+        .value = "PERCENT",
+        .words = "of the sparse region that becomes material",
+        .details = "As measured with your slicer; the usual one is that of PrusaSlicer 2.5 (benchmarks/infill.py).",
+        .place = &infill.percent_laid_down,
+        .range = {.lo = 0, .hi = 100},
+        .unset = "as measured",
+        .rare = purpose == For::making},
+       {.name = "perimeters",
+        .value = "N",
+        .words = "with infill: loops around every layer",
+        .details =
+            "What the slicer makes solid below the surface, whatever the infill: perimeters sideways, and so many layers above "
+            "and below. The thickest of them is the wall, unless a thicker one is asked for.",
+        .place = &infill.perimeters,
+        .range = {.lo = 0, .hi = 100, .open = false},
+        .applies = For::making,
+        .rare = true},
+       {.name = "extrusion-width",
+        .value = "MM",
+        .words = "of a loop",
+        .details = "",
+        .place = &infill.extrusion_width_mm,
+        .range = Range::positive(),
+        .applies = For::making,
+        .rare = true},
+       {.name = "top-layers",
+        .value = "N",
+        .words = "solid layers below what faces up",
+        .details = "",
+        .place = &infill.top_layers,
+        .range = {.lo = 0, .hi = 1000, .open = false},
+        .applies = For::making,
+        .rare = true},
+       {.name = "bottom-layers",
+        .value = "N",
+        .words = "and above what faces down",
+        .details = "",
+        .place = &infill.bottom_layers,
+        .range = {.lo = 0, .hi = 1000, .open = false},
+        .applies = For::making,
+        .rare = true},
+       {.name = "layer-height",
+        .value = "MM",
+        .words = "of them",
+        .details = "",
+        .place = &infill.layer_height_mm,
+        .range = Range::positive(),
+        .applies = For::making,
+        .rare = true}},
+      purpose);
+}
 
 Settings settings(Print& print, For purpose) {
   // A density says nothing of the material, but of a liquid one it may be the bottle's own.

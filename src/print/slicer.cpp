@@ -51,6 +51,26 @@ SlicerProfile read_slicer_profile(const fs::path& path) {
     if (const auto density = value_of("filament_density"))
       if (const std::vector<double> all = detail::numbers_in(*density, ",;"); !all.empty() && all[0] > 0)
         profile.density_g_cm3 = all[0];
+    const auto number_of = [&value_of](std::string_view key, std::optional<double>& to) {
+      double number = 0;
+      if (auto text = value_of(key)) {
+        const bool percent = text->ends_with('%');
+        if (percent) text->remove_suffix(1);
+        if (parse_number(*text, number) && percent == (key == "fill_density")) to = number;
+      }
+    };
+    const auto count_of = [&number_of](std::string_view key, std::optional<int>& to) {
+      std::optional<double> number;
+      number_of(key, number);
+      if (number && *number >= 0 && *number < 1e6) to = static_cast<int>(*number);
+    };
+    number_of("fill_density", profile.fill_percent);
+    if (const auto pattern = value_of("fill_pattern")) profile.fill_pattern = *pattern;
+    count_of("perimeters", profile.perimeters);
+    number_of("extrusion_width", profile.extrusion_width_mm);
+    count_of("top_solid_layers", profile.top_layers);
+    count_of("bottom_solid_layers", profile.bottom_layers);
+    number_of("layer_height", profile.layer_height_mm);
     if (const auto shape = value_of("bed_shape")) {
       const std::vector<double> all = detail::numbers_in(*shape, ",x");
       Eigen::AlignedBox2d box;
@@ -61,14 +81,17 @@ SlicerProfile read_slicer_profile(const fs::path& path) {
   return profile;
 }
 
-Sliced slice(const Mesh& mesh, const std::string& ending, const fs::path& gcode, const SlicerOptions& options,
+Sliced slice(const Delivery& delivery, const std::string& ending, const fs::path& gcode, const SlicerOptions& options,
              const Progress& progress) {
   const SlicerProfile profile = read_slicer_profile(options.profile);
   const TemporaryFolder folder;
   const fs::path model = folder.path() / ("body" + ending);
   const fs::path laid_down = folder.path() / "body.gcode";
   const Eigen::Matrix3d upright = up_to_z(options.print_direction);
-  write_mesh(model, upright.isIdentity() ? mesh : transformed(mesh, Eigen::Affine3d(upright)));
+  Delivery turned = delivery;
+  if (!upright.isIdentity())
+    for (Part& part : turned.parts) part.mesh = transformed(part.mesh, Eigen::Affine3d(upright));
+  write_delivery(model, turned);
 
   detail::Command command{options.program, {"--export-gcode"}, folder.path(), options.time_limit_s};
   auto& words = command.arguments;
@@ -84,7 +107,7 @@ Sliced slice(const Mesh& mesh, const std::string& ending, const fs::path& gcode,
   progress.check();
   Sliced sliced;
   sliced.printed = read_printed(laid_down);
-  sliced.placed = place_print(sliced.printed, mesh, {options.print_direction, 0, centre});
+  sliced.placed = place_print(sliced.printed, delivery.body(), {options.print_direction, 0, centre});
   fs::copy_file(laid_down, gcode, fs::copy_options::overwrite_existing, error);
   if (error) throw Error(ErrorCode::write, concat("Cannot write '", gcode.string(), "': ", error.message(), "."));
   return sliced;

@@ -119,7 +119,7 @@ OctreeInterior::OctreeInterior(const RayRep& domain, const std::vector<OctreeLea
       const std::uint64_t above = ((k >> level) + 1) << level;
       const double lo = std::max(interval.lo, bottom + static_cast<double>(k >> level << level) * spacing);
       const double hi = std::min(interval.hi, bottom + static_cast<double>(above) * spacing);
-      if (lo < hi) moments_.col(static_cast<Eigen::Index>(leaf)) += domain.grid.cell_area_mm2() * segment_moments(xy, lo, hi);
+      if (lo < hi) moments_.col(static_cast<Eigen::Index>(leaf)) += domain.grid.weighted_area_mm2() * segment_moments(xy, lo, hi);
       k = above;
     }
   });

@@ -123,7 +123,7 @@ constexpr int end_sum(int a, int b) { return b * 5 - b * (b - 1) / 2 + a; }
 
 }  // namespace
 
-RayIntegrals::RayIntegrals(const RayRep& domain) : area_(domain.grid.cell_area_mm2()), intervals_(domain.intervals.size()) {
+RayIntegrals::RayIntegrals(const RayRep& domain) : area_(domain.grid.weighted_area_mm2()), intervals_(domain.intervals.size()) {
   const auto nx = static_cast<std::size_t>(domain.grid.nx);
   double largest = 0;
   for (std::size_t ray = 0; ray < domain.grid.size(); ++ray)

@@ -59,7 +59,7 @@ Eigen::Matrix<double, 10, Eigen::Dynamic> BottomFilledRays::contributions(const 
   Eigen::Matrix<double, 10, Eigen::Dynamic> parts(10, variables());
   for (Eigen::Index n = 0; n < parts.cols(); ++n) {
     const auto i = static_cast<std::size_t>(n);
-    parts.col(n) = domain_.grid.cell_area_mm2() * segment_moments(xy_[i], domain_.intervals[i].lo, z1[n]);
+    parts.col(n) = domain_.grid.weighted_area_mm2() * segment_moments(xy_[i], domain_.intervals[i].lo, z1[n]);
   }
   return parts;
 }
@@ -68,7 +68,7 @@ Eigen::Matrix<double, 10, Eigen::Dynamic> BottomFilledRays::jacobian(const Eigen
   Eigen::Matrix<double, 10, Eigen::Dynamic> J(10, variables());
   for (Eigen::Index n = 0; n < J.cols(); ++n) {
     const Eigen::Vector2d& xy = xy_[static_cast<std::size_t>(n)];
-    J.col(n) = domain_.grid.cell_area_mm2() * monomials({xy.x(), xy.y(), z1[n]});
+    J.col(n) = domain_.grid.weighted_area_mm2() * monomials({xy.x(), xy.y(), z1[n]});
   }
   return J;
 }
@@ -77,7 +77,7 @@ Eigen::VectorXd BottomFilledRays::hessian_diagonal(const Eigen::VectorXd& z1, co
                                                    Eigen::Index count) const {
   Eigen::VectorXd h(count);
   for (Eigen::Index n = 0; n < count; ++n)
-    h[n] = domain_.grid.cell_area_mm2() * end_curvature(xy_[static_cast<std::size_t>(first + n)], z1[first + n], w);
+    h[n] = domain_.grid.weighted_area_mm2() * end_curvature(xy_[static_cast<std::size_t>(first + n)], z1[first + n], w);
   return h;
 }
 
@@ -127,7 +127,7 @@ Eigen::Matrix<double, 10, Eigen::Dynamic> CentredSegmentRays::contributions(cons
     const Interval& interval = domain_.intervals[i];
     // The segment z0 z1 is counted from the interval's middle, what surrounds a cavity from the interval's ends.
     const double from = between_ == Between::material ? interval.middle() : v % 2 == 0 ? interval.lo : interval.hi;
-    parts.col(v) = end_sign(v) * domain_.grid.cell_area_mm2() * segment_moments(xy_[i], from, z[v]);
+    parts.col(v) = end_sign(v) * domain_.grid.weighted_area_mm2() * segment_moments(xy_[i], from, z[v]);
   }
   return parts;
 }
@@ -136,7 +136,7 @@ Eigen::Matrix<double, 10, Eigen::Dynamic> CentredSegmentRays::jacobian(const Eig
   Eigen::Matrix<double, 10, Eigen::Dynamic> J(10, variables());
   for (Eigen::Index v = 0; v < J.cols(); ++v) {
     const Eigen::Vector2d& xy = xy_[static_cast<std::size_t>(v / 2)];
-    J.col(v) = end_sign(v) * domain_.grid.cell_area_mm2() * monomials({xy.x(), xy.y(), z[v]});
+    J.col(v) = end_sign(v) * domain_.grid.weighted_area_mm2() * monomials({xy.x(), xy.y(), z[v]});
   }
   return J;
 }
@@ -146,14 +146,14 @@ Eigen::VectorXd CentredSegmentRays::hessian_diagonal(const Eigen::VectorXd& z, c
   Eigen::VectorXd h(count);
   for (Eigen::Index n = 0; n < count; ++n) {
     const Eigen::Index v = first + n;
-    h[n] = end_sign(v) * domain_.grid.cell_area_mm2() * end_curvature(xy_[static_cast<std::size_t>(v / 2)], z[v], w);
+    h[n] = end_sign(v) * domain_.grid.weighted_area_mm2() * end_curvature(xy_[static_cast<std::size_t>(v / 2)], z[v], w);
   }
   return h;
 }
 
 SegmentRays::SegmentRays(RayRep domain, Between between)
     : domain_(std::move(domain)),
-      area_mm2_((between == Between::material ? 1 : -1) * domain_.grid.cell_area_mm2()),
+      area_mm2_((between == Between::material ? 1 : -1) * domain_.grid.weighted_area_mm2()),
       between_(between),
       xy_(places(domain_)) {}
 
@@ -273,7 +273,7 @@ Moments ray_moments(const RayRep& rays) {
   for (std::size_t ray = 0; ray < rays.grid.size(); ++ray)
     for (std::uint32_t n = rays.first[ray]; n < rays.first[ray + 1]; ++n)
       s += segment_moments(rays.grid.at(ray), rays.intervals[n].lo, rays.intervals[n].hi);
-  return s * rays.grid.cell_area_mm2();
+  return s * rays.grid.weighted_area_mm2();
 }
 
 }  // namespace rayrep

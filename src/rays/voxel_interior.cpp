@@ -52,7 +52,7 @@ VoxelInterior::VoxelInterior(const RayRep& domain, int spacings_per_voxel) {
             for (auto cell = static_cast<std::size_t>((interval.lo - bottom) / side); cell < above; ++cell) {
               const double lo = std::max(interval.lo, bottom + static_cast<double>(cell) * side);
               const double hi = std::min(interval.hi, bottom + static_cast<double>(cell + 1) * side);
-              if (lo < hi) column[cell] += grid.cell_area_mm2() * segment_moments(grid.at(ray), lo, hi);
+              if (lo < hi) column[cell] += grid.weighted_area_mm2() * segment_moments(grid.at(ray), lo, hi);
             }
           }
         }

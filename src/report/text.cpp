@@ -149,8 +149,9 @@ std::string making_text(const HollowResult& hollow) {
   if (hollow.cast.bad > 0)
     text += format("  note: %zu of %zu rays did not close and were left solid\n", hollow.cast.bad, hollow.cast.rays);
   if (hollow.filled_cavities > 0)
-    text += format("  note: cavities too small to print, %zu with %.2g mm3 in all, were filled; the rest makes up for it\n",
-                   hollow.filled_cavities, hollow.filled_mm3);
+    text +=
+        format("  note: %s too small to print, %zu with %.2g mm3 in all, were filled; the rest makes up for it\n",
+               print_of(hollow.spec).infill.wanted() ? "sparse regions" : "cavities", hollow.filled_cavities, hollow.filled_mm3);
   return text;
 }
 
@@ -167,9 +168,12 @@ std::string slices_text(const HollowResult& hollow) {
 
 /// How the inside was found.
 std::string solver_text(const HollowResult& hollow) {
-  return format("\n%zu cavit%s; %s: %s, %ld variables, %d iterations in %d pass%s\n", hollow.cavities,
-                hollow.cavities == 1 ? "y" : "ies", hollow.solve.solver, hollow.solve.solver_status, hollow.solve.variables,
-                hollow.solver_iterations, hollow.passes, hollow.passes == 1 ? "" : "es");
+  const bool one = hollow.cavities == 1;
+  const bool sparse = print_of(hollow.spec).infill.wanted();
+  return format("\n%zu %s; %s: %s, %ld variables, %d iterations in %d pass%s\n", hollow.cavities,
+                sparse ? (one ? "sparse region" : "sparse regions") : (one ? "cavity" : "cavities"), hollow.solve.solver,
+                hollow.solve.solver_status, hollow.solve.variables, hollow.solver_iterations, hollow.passes,
+                hollow.passes == 1 ? "" : "es");
 }
 
 /// What is proven. Of a duality gap only that it is closed, unless more is asked for.
@@ -243,6 +247,12 @@ std::string printing_text(const RunReport& report) {
                      hollow.cavities == 1 ? std::string("the cavity") : format("each of the %zu cavities", hollow.cavities));
   } else if (hollow.cavities == 0) {
     text += "at 100 % infill";
+  } else if (const Infill& infill = print.infill; infill.wanted()) {
+    text += format(
+        "the file says 100 %% infill, and %.4g %% (%s) in its modifier; keep both. It takes %d perimeters of %.4g mm, %d solid "
+        "layers above and %d below, of %.4g mm",
+        infill.percent, infill.pattern, infill.perimeters, infill.extrusion_width_mm, infill.top_layers, infill.bottom_layers,
+        infill.layer_height_mm);
   } else if (ends_in_3mf(report.output)) {
     text +=
         "the file asks PrusaSlicer, Bambu Studio and OrcaSlicer for 100 % infill and for supports on the build plate only; set "

@@ -165,7 +165,7 @@ TEST(Printed, WhatNoPrinterDoesIsRefusedAndNothingHasNoHeight) {
   EXPECT_TRUE(flat.body().allFinite());
   EXPECT_NEAR(flat.body()[MZ] / flat.body()[M1], -0.1, 1e-12);
   EXPECT_THROW(read("; filament_diameter = 1e75\n" + head + "G1 X0 Y0 Z0.2\nG1 X10 E1\n"), Error);
-  EXPECT_THROW(read(head + "G1 X0 Y0 Z0.2\nG2 X10 I1e9 E1\n"), Error);
+  EXPECT_THROW(read(head + "G1 X0 Y0 Z0.2\nG2 X10 I1000000000 E1\n"), Error);
 }
 
 TEST(Printed, SeveralBodiesAndACutOffFileAreNoted) {

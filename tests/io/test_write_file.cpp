@@ -118,7 +118,7 @@ TEST_F(WriteFile, LinksStayLinksAndPermissionsStay) {
     write_text_file(folder_ / "twice.obj", "new");
     EXPECT_EQ(slurp(real), "new");
     PendingFile pending(folder_ / "twice.obj");
-    pending.write(test::box({0, 0, 0}, {1, 2, 3}));
+    pending.write(test::delivery(test::box({0, 0, 0}, {1, 2, 3})));
     EXPECT_EQ(mode_of(pending.path()), mode);  // never wider than what it replaces
     EXPECT_EQ(slurp(real), "new");
     pending.commit();
@@ -164,7 +164,7 @@ TEST_F(WriteFile, WhatKilledRunsHaveLeftIsRemovedWhenItIsOld) {
   EXPECT_TRUE(fs::exists(young));
 
   PendingFile pending(folder_ / "out.stl");
-  pending.write(test::box({0, 0, 0}, {1, 2, 3}));
+  pending.write(test::delivery(test::box({0, 0, 0}, {1, 2, 3})));
   EXPECT_TRUE(fs::exists(pending.path()));
   remove_unfinished(folder_ / "other.stl");
   EXPECT_FALSE(fs::exists(pending.path()));
@@ -193,21 +193,21 @@ TEST_F(WriteFile, APendingFileIsJudgedBeforeItHasItsName) {
   const fs::path target = put("body.stl", "precious", 0644);
   {
     PendingFile pending(target);
-    pending.write(test::box({0, 0, 0}, {1, 2, 3}));
+    pending.write(test::delivery(test::box({0, 0, 0}, {1, 2, 3})));
     EXPECT_EQ(pending.path().extension(), ".stl");
     EXPECT_EQ(pending.path().filename().string().front(), '.');
     EXPECT_EQ(read_mesh(pending.path()).mesh.triangles.size(), 12u);
-    pending.write(test::box({0, 0, 0}, {1, 2, 4}));  // again
+    pending.write(test::delivery(test::box({0, 0, 0}, {1, 2, 4})));  // again
     EXPECT_EQ(entries(), 2u);
   }
   EXPECT_EQ(slurp(target), "precious");  // without commit()
   EXPECT_EQ(entries(), 1u);
   {
     PendingFile pending(target);
-    EXPECT_NE(refused([&] { pending.write(Mesh{}); }).find("'" + target.string() + "'"), std::string::npos);
+    EXPECT_NE(refused([&] { pending.write(test::delivery(Mesh{})); }).find("'" + target.string() + "'"), std::string::npos);
     PendingFile other(target);  // two at a time do not meet
-    pending.write(test::box({0, 0, 0}, {1, 2, 3}));
-    other.write(test::box({0, 0, 0}, {1, 2, 4}));
+    pending.write(test::delivery(test::box({0, 0, 0}, {1, 2, 3})));
+    other.write(test::delivery(test::box({0, 0, 0}, {1, 2, 4})));
     EXPECT_NE(pending.path(), other.path());
     pending.commit();
   }
@@ -215,7 +215,7 @@ TEST_F(WriteFile, APendingFileIsJudgedBeforeItHasItsName) {
   EXPECT_EQ(entries(), 1u);
   // The longest name there is.
   PendingFile longest(folder_ / (std::string(251, 'y') + ".stl"));
-  longest.write(test::box({0, 0, 0}, {1, 2, 3}));
+  longest.write(test::delivery(test::box({0, 0, 0}, {1, 2, 3})));
   longest.commit();
   EXPECT_EQ(entries(), 2u);
 }

@@ -20,6 +20,7 @@ HollowOptions coarse() {
 }
 
 Moments moments_of_body(const Mesh& mesh) { return mesh_moments(mesh); }
+Moments moments_of_delivery(const Delivery& delivery) { return mesh_moments(delivery.body()); }
 
 /// Lays down somewhat more than the mesh, as slicers do: everywhere, and near the surface of cavities.
 Moments printed(const Mesh& mesh) {
@@ -39,7 +40,7 @@ TEST(AsPrinted, WhatIsPrintedMeetsTheGoal) {
   for (const Spec& spec : {Spec(afloat), Spec(standing)}) {
     HollowOptions options = coarse();
     const HollowResult plain = hollow(body, spec, options);
-    options.as_printed = printed;
+    options.as_printed = [](const Delivery& delivery) { return printed(delivery.body()); };
     const HollowResult result = hollow(body, spec, options);
     ASSERT_GE(result.slices.size(), 2U);
     EXPECT_GT(result.slices.front().error, 1e-3);
@@ -56,7 +57,7 @@ TEST(AsPrinted, WhatIsPrintedMeetsTheGoal) {
 
 TEST(AsPrinted, APrinterThatLaysDownTheMeshIsAskedOnce) {
   HollowOptions options = coarse();
-  options.as_printed = moments_of_body;
+  options.as_printed = moments_of_delivery;
   const HollowResult result = hollow(tilted_ellipsoid(), FloatSpec{}, options);
   EXPECT_EQ(result.slices.size(), 1U);
   options.as_printed = nullptr;
@@ -70,7 +71,8 @@ TEST(AsPrinted, APrinterThatLaysDownTheMeshIsAskedOnce) {
 TEST(AsPrinted, APrinterThatJumpsMovesTheWaterlineThatWasLeftOpen) {
   HollowOptions options = coarse();
   // Whole layers only: 3 % of the mass.
-  options.as_printed = [](const Mesh& mesh) {
+  options.as_printed = [](const Delivery& delivery) {
+    const Mesh mesh = delivery.body();
     const Moments s = moments_of_body(mesh);
     const double layer = 0.03 * moments_of_body(outer_hull(mesh))[M1];
     return Moments(s * (std::ceil(s[M1] / layer) * layer / s[M1]));
@@ -80,7 +82,7 @@ TEST(AsPrinted, APrinterThatJumpsMovesTheWaterlineThatWasLeftOpen) {
   EXPECT_EQ(result.slices.size(), static_cast<std::size_t>(options.max_slices));
   EXPECT_TRUE(result.gave_way);
   const Mesh made = result.delivery.body();
-  EXPECT_TRUE(verify(PrintedMesh{made, options.as_printed(made)}, body, result.spec).pass());
+  EXPECT_TRUE(verify(PrintedMesh{made, options.as_printed(result.delivery)}, body, result.spec).pass());
 
   FloatSpec fixed;
   fixed.waterline_mm = *std::get<FloatSpec>(result.spec).waterline_mm + 0.3;
@@ -91,7 +93,7 @@ TEST(AsPrinted, APrinterThatJumpsMovesTheWaterlineThatWasLeftOpen) {
 
 TEST(AsPrinted, ABodyWithAllTenNumbersIsRefused) {
   HollowOptions options = coarse();
-  options.as_printed = moments_of_body;
+  options.as_printed = moments_of_delivery;
   const Mesh body = uv_ellipsoid(30, 22, 16, 40);
   const HollowResult made = hollow(body, FloatSpec{}, coarse());
   const MassProperties mass = mass_properties(made.delivery.body(), 1.24);

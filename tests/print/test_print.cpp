@@ -107,7 +107,7 @@ fs::path script(const std::string& name, const std::string& text) {
 
 std::string slice_refusal(const SlicerOptions& options, ErrorCode code, const Progress& progress = {}) {
   try {
-    slice(box({0, 0, 0}, {10, 10, 10}), ".stl", own_file("out.gcode"), options, progress);
+    slice(delivery(box({0, 0, 0}, {10, 10, 10})), ".stl", own_file("out.gcode"), options, progress);
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), code);
     return error.what();
@@ -151,7 +151,7 @@ TEST(Slicer, ProfilesTellDensityAndBed) {
 TEST(Slicer, PrusaSlicerPrintsTheSolid) {
   if (std::system("command -v prusa-slicer > /dev/null 2>&1") != 0) GTEST_SKIP() << "prusa-slicer is not installed";
   const Mesh mesh = moved(uv_ellipsoid(15, 12, 10, 60), {3, 4, 5});
-  const Sliced sliced = slice(mesh, ".stl", own_file("solid.gcode"), {.program = "prusa-slicer"});
+  const Sliced sliced = slice(delivery(mesh), ".stl", own_file("solid.gcode"), {.program = "prusa-slicer"});
   ASSERT_TRUE(sliced.printed.told_volume_mm3);
   EXPECT_NEAR(sliced.printed.volume_mm3() / *sliced.printed.told_volume_mm3, 1, 1e-5);
   const Moments solid = mesh_moments(mesh);
@@ -180,8 +180,8 @@ TEST(Slicer, WhatPrusaSlicerPrintsOfExamplesMeetsTheirGoals) {
     HollowOptions options;
     options.resolution = 80;
     options.as_stored = [](const Mesh& mesh) { return as_stored("body.stl", mesh); };
-    options.as_printed = [&profile](const Mesh& mesh) {
-      return slice(mesh, ".stl", own_file("printed.gcode"), {.program = "prusa-slicer", .profile = profile}).placed.s;
+    options.as_printed = [&profile](const Delivery& made) {
+      return slice(made, ".stl", own_file("printed.gcode"), {.program = "prusa-slicer", .profile = profile}).placed.s;
     };
     const HollowResult result = hollow(body, c.spec, options);
     // Two slices of one file differ by up to 5e-5 of the mass: PrusaSlicer's infill depends on the timing of its threads.

@@ -841,7 +841,7 @@ TEST_F(Tool, HelpFitsAScreen) {
     std::istringstream lines(result.out);
     int count = 0;
     for (std::string line; std::getline(lines, line); ++count) EXPECT_LE(line.size(), 100u) << line;
-    EXPECT_LE(count, 50) << arguments;
+    EXPECT_LE(count, 60) << arguments;
     EXPECT_GE(count, 8) << arguments;
   }
   EXPECT_EQ(run("--version").out.rfind("rayrep ", 0), 0u);

@@ -34,31 +34,38 @@ Measurement measured(const Options& options, const Mesh* mesh, const std::string
   return result;
 }
 
+Delivery delivery_of(MeshFile file, const std::optional<double>& percent_laid_down) {
+  Delivery delivery;
+  delivery.parts.push_back({.mesh = std::move(file.mesh)});
+  for (Part& part : file.modifiers) delivery.parts.push_back(std::move(part));
+  assume_shares(delivery, percent_laid_down);
+  return delivery;
+}
+
 SlicedBodies::SlicedBodies(const Options& options, const Progress& progress) : options_(options), progress_(progress) {
   if (!by_hand()) {
     folder_.emplace();
     return;
   }
-  const Mesh mesh = read_mesh(options.sliced_mesh).mesh;
+  const Delivery before = delivery_of(read_mesh(options.sliced_mesh), print_of(options.spec).infill.percent_laid_down);
   const Printed printed = read_printed(options.as_sliced, options.printed);
-  excess_ = place_print(printed, mesh, {options.slicer.print_direction, 0, {}}).s - moments_of(mesh);
+  excess_ = place_print(printed, before.body(), {options.slicer.print_direction, 0, {}}).s - moments_of(before, progress);
 }
 
 std::filesystem::path SlicedBodies::gcode(std::size_t n) const { return folder_->path() / (std::to_string(n) + ".gcode"); }
 
-Moments SlicedBodies::moments_of(const Mesh& mesh) const { return mesh_moments(boundary_of_union(mesh, progress_)); }
-
-Moments SlicedBodies::slice(const Mesh& body) {
-  if (by_hand()) return moments_of(body) + excess_;
+Moments SlicedBodies::slice(const Delivery& delivery) {
+  if (by_hand()) return moments_of(delivery, progress_) + excess_;
   std::string ending = options_.output.extension().string();
   if (ending == ".ply") ending = ".obj";  // which keeps doubles, too, and is read by slicers
-  return rayrep::slice(body, ending, gcode(count_++), options_.slicer, progress_).placed.s;
+  return rayrep::slice(delivery, ending, gcode(count_++), options_.slicer, progress_).placed.s;
 }
 
-Verdict SlicedBodies::judged(const Mesh& delivered, const Mesh& original, RunReport& report, const Progress& progress) const {
+Verdict SlicedBodies::judged(const Delivery& delivered, const Mesh& original, RunReport& report, const Progress& progress) const {
   const HollowResult& hollow = *report.hollow;
+  const Mesh solid = delivered.solid();
   if (by_hand()) {
-    Verdict verdict = verify(PrintedMesh{delivered, moments_of(delivered) + excess_}, original, hollow.spec, {}, progress);
+    Verdict verdict = verify(PrintedMesh{solid, moments_of(delivered, progress) + excess_}, original, hollow.spec, {}, progress);
     verdict.notes.push_back("The figures are those of the print as " + options_.as_sliced.string() +
                             " lets expect it, with the same profile. Slice it and let 'rayrep verify' judge that G-code.");
     return verdict;
@@ -67,11 +74,11 @@ Verdict SlicedBodies::judged(const Mesh& delivered, const Mesh& original, RunRep
   print.path = options_.gcode.string();
   print.printed = read_printed(gcode(hollow.best_slice), options_.printed);
   print.density_g_cm3 = print_of(hollow.spec).density_g_cm3;
-  print.placed = place_print(print.printed, delivered,
+  print.placed = place_print(print.printed, delivered.body(),
                              {options_.slicer.print_direction, 0, read_slicer_profile(options_.slicer.profile).bed_centre_mm});
   print.mesh = options_.output.string();
   print.body = mass_properties(print.placed->s, print.density_g_cm3);
-  return verify(PrintedMesh{delivered, print.placed->s}, original, hollow.spec, {}, progress);
+  return verify(PrintedMesh{solid, print.placed->s}, original, hollow.spec, {}, progress);
 }
 
 void SlicedBodies::deliver(std::size_t n) const {

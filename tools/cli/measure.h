@@ -14,6 +14,9 @@ namespace rayrep::tool {
 /// @param mesh_name  its path, for the report
 Measurement measured(const Options& options, const Mesh* mesh, const std::string& mesh_name);
 
+/// What a file that is written holds: its mesh and, of 3MF, where it is printed sparsely.
+Delivery delivery_of(MeshFile file, const std::optional<double>& percent_laid_down);
+
 /// What is printed of one body after the other: as a slicer lays it down, its G-code in a temporary folder; or as it is expected
 /// after what was sliced by hand (Options::as_sliced), with as much more than the mesh as that had.
 class SlicedBodies {
@@ -22,11 +25,11 @@ public:
   SlicedBodies(const Options& options, const Progress& progress);
 
   /// Of the next body. @returns moments of what is laid down, in its frame
-  Moments slice(const Mesh& body);
+  Moments slice(const Delivery& delivery);
 
-  /// Judges a mesh and its G-code as they stand on the disk, and fills in RunReport::print; or the mesh as it is expected to be
-  /// printed.
-  Verdict judged(const Mesh& delivered, const Mesh& original, RunReport& report, const Progress& progress) const;
+  /// Judges what is delivered and its G-code as they stand on the disk, and fills in RunReport::print; or what is delivered as it
+  /// is expected to be printed.
+  Verdict judged(const Delivery& delivered, const Mesh& original, RunReport& report, const Progress& progress) const;
 
   /// Writes a slicer's G-code of the n-th body to its place. @throws Error{write}
   void deliver(std::size_t n) const;
@@ -34,7 +37,6 @@ public:
 private:
   bool by_hand() const { return !options_.as_sliced.empty(); }
   std::filesystem::path gcode(std::size_t n) const;
-  Moments moments_of(const Mesh& mesh) const;
 
   const Options& options_;
   const Progress& progress_;

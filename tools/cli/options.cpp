@@ -209,8 +209,10 @@ Settings slicer_rows(Options& options) {
       {.name = "profile",
        .value = "FILE",
        .words = "of the slicer: an .ini as it exports it",
-       .details = "PrusaSlicer: File, Export, Export Config. Its density of the filament counts unless --density or --material is "
-                  "given. Infill and the place on the bed are set by rayrep.",
+       .details =
+           "PrusaSlicer: File, Export, Export Config. Its density of the filament counts unless --density or --material is "
+           "given, and with --cavity infill so do its infill, perimeters and layers. What is solid, and the place on the bed, "
+           "are set by rayrep.",
        .place = path_place(options.slicer.profile)},
       {.name = "as-sliced",
        .value = "FILE",
@@ -335,10 +337,18 @@ std::vector<Group> hollow_groups(Options& options) {
   move_up(goal.settings, mesh.settings);
   Group making{"Material and discretisation", settings(print_in(options.spec), For::making)};
   append(making.settings, settings(options.hollow, options.spec));
+  Group infill{"Infill instead of cavities", settings(print_in(options.spec).infill, For::making)};
+  infill.settings.push_back({.name = "3mf-flavor",
+                             .value = "NAME",
+                             .words = "whose modifier: prusa (also SuperSlicer), bambu (also OrcaSlicer)",
+                             .details =
+                                 "The 3MF file says 100 % infill for the object and the sparse infill for a modifier volume in "
+                                 "it, which each of them does in its own way.",
+                             .place = choice("3mf-flavor", options.flavor, kThreeMfFlavorNames)});
   Group files{"Files", output_rows(options)};
   append(files.settings, common_rows(options, true));
   if (std::holds_alternative<TargetSpec>(options.spec)) append(files.settings, inertial_files(options));
-  return {mesh, goal, making, {"The slicer", slicer_rows(options)}, files};
+  return {mesh, goal, making, infill, {"The slicer", slicer_rows(options)}, files};
 }
 
 std::vector<Group> verify_groups(Options& options) {
@@ -358,6 +368,7 @@ std::vector<Group> verify_groups(Options& options) {
                   .details = "What is judged. Options of another goal are refused.",
                   .place = TextPlace{[](const std::string&) {}, [&options] { return options.goal; }}}}};
   append(judging.settings, settings(print_in(options.spec), For::judging));
+  append(judging.settings, settings(print_in(options.spec).infill, For::judging));
   judging.settings.push_back({.name = "original",
                               .value = "FILE",
                               .words = "required outer surface, of --unit and --size",
@@ -572,9 +583,10 @@ void check_slicer(const Given& given, Options& options) {
     options.no_advice = true;
   }
   if (options.each && !options.as_sliced.empty()) usage_error("--as-sliced is for one body: leave --each out.");
-  if (!slices)
-    for (const char* name : {"profile", "gcode"})
-      if (given.contains(name)) usage_error(std::string("--") + name + " goes with a slicer: say --slicer prusa-slicer, too.");
+  const bool by_profile = print_in(options.spec).infill.wanted();  // see choose_infill
+  for (const char* name : {"profile", "gcode"})
+    if (!slices && given.contains(name) && !(by_profile && std::string(name) == "profile"))
+      usage_error(std::string("--") + name + " goes with a slicer: say --slicer prusa-slicer, too.");
   if (options.measured_mass_g && options.as_sliced.empty())
     usage_error("--measured-mass goes with the G-code of the print that was weighed: say --as-sliced FILE.gcode --of MESH, too.");
   if (options.measured_mass_g && options.density_given)
@@ -587,16 +599,58 @@ void check_slicer(const Given& given, Options& options) {
     else if (!options.density_given && last.density_g_cm3)
       print_in(options.spec).density_g_cm3 = *last.density_g_cm3;
   }
-  if (!slices) return;
+  if (!slices && options.slicer.profile.empty()) return;
   const SlicerProfile profile = read_slicer_profile(options.slicer.profile);
   if (!options.density_given && profile.density_g_cm3) print_in(options.spec).density_g_cm3 = *profile.density_g_cm3;
+  if (!slices) return;
   choose_print_direction(options);
   if (options.gcode.empty()) options.gcode = std::filesystem::path(options.output).replace_extension(".gcode");
 }
 
+/// What the profile says of the infill, where the command line does not, and the wall that follows.
+/// @throws Error{usage} for what goes with infill only
+void choose_infill(const Given& given, Options& options) {
+  if (options.command != Command::hollow) return;
+  Print& print = print_in(options.spec);
+  Infill& infill = print.infill;
+  if (given.contains("cavity") && given.at("cavity") == "void" && infill.wanted())
+    usage_error("--cavity void has no infill: leave it or --infill out.");
+  if (!infill.wanted()) {
+    if (given.contains("cavity") && given.at("cavity") == "infill") usage_error("--infill 0 is --cavity void.");
+    Infill none;
+    for (const Setting& s : settings(none, For::making))
+      if (s.name != "cavity" && s.name != "infill" && given.contains(s.name))
+        usage_error("--" + s.name + " goes with infill instead of a cavity: say --infill 15, too.");
+    if (given.contains("3mf-flavor")) usage_error("--3mf-flavor tells whose infill modifier is written: say --infill 15, too.");
+    return;
+  }
+  if (!options.slicer.profile.empty()) {
+    const SlicerProfile profile = read_slicer_profile(options.slicer.profile);
+    const auto take = [&given](const char* name, const auto& said, auto& value) {
+      if (said && !given.contains(name)) value = *said;
+    };
+    if (!options.slicer.program.empty())
+      for (const char* name : {"perimeters", "extrusion-width", "top-layers", "bottom-layers", "layer-height"})
+        if (given.contains(name)) usage_error("--" + std::string(name) + " is what the profile says: change it there.");
+    if (profile.fill_percent && *profile.fill_percent > 0 && *profile.fill_percent <= 90)
+      take("infill", profile.fill_percent, infill.percent);
+    take("infill-pattern", profile.fill_pattern, infill.pattern);
+    take("perimeters", profile.perimeters, infill.perimeters);
+    take("extrusion-width", profile.extrusion_width_mm, infill.extrusion_width_mm);
+    take("top-layers", profile.top_layers, infill.top_layers);
+    take("bottom-layers", profile.bottom_layers, infill.bottom_layers);
+    take("layer-height", profile.layer_height_mm, infill.layer_height_mm);
+  }
+  if (!given.contains("wall")) print.wall_mm = infill.skin_mm();
+}
+
 void choose_output(Options& options) {
   if (options.command != Command::hollow) return;
-  if (options.output.empty()) options.output = options.input.stem().string() + "_" + options.goal + ".stl";
+  const bool sparse = print_of(options.spec).infill.wanted();
+  if (options.output.empty()) options.output = options.input.stem().string() + "_" + options.goal + (sparse ? ".3mf" : ".stl");
+  if (sparse && options.output.extension() != ".3mf")
+    usage_error("Where to print sparsely is told by a modifier, which only 3MF holds: end '" + options.output.string() +
+                "' in .3mf.");
   if (!can_write(options.output))
     usage_error("Cannot tell what to write from the name '" + options.output.string() + "': end it in .stl, .obj, .ply or .3mf.");
 }
@@ -831,6 +885,7 @@ Options parse_command_line(int argc, const char* const* argv) {
   apply(groups, given, options);
   options.density_given = given.contains("density") || given.contains("material");
   check_print(given, options);
+  choose_infill(given, options);
   check_spec(options);
   check_each(options);
   choose_output(options);

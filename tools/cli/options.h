@@ -49,6 +49,7 @@ struct Options {
   std::optional<double> measured_mass_g;  ///< of a print, by a scale: tells the density
 
   std::filesystem::path output;  ///< empty: the default name
+  ThreeMfFlavor flavor = ThreeMfFlavor::prusa;
   std::filesystem::path
       original;  ///< verify: the surface that must be unchanged; measure: where the print is looked for; may be empty
   std::filesystem::path report;  ///< empty: none

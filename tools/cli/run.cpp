@@ -83,6 +83,7 @@ double peak_memory_mb() {
 
 struct ReadMesh {
   CheckedMesh checked;
+  std::vector<Part> modifiers = {};
   InputSummary summary;
 };
 
@@ -108,8 +109,12 @@ ReadMesh read(const std::filesystem::path& path, const Options& options, CheckOp
     }
     summary.size_mm = factor * box.sizes();
   }
-  if (factor != 1)
+  result.modifiers = file.modifiers;
+  if (factor != 1) {
     for (auto& v : mesh.vertices) v *= factor;
+    for (Part& part : result.modifiers)
+      for (auto& v : part.mesh.vertices) v *= factor;
+  }
   if (result.checked.report.usable) require_size(mesh, path.string());
   summary.path = path.string();
   summary.format = file.format;
@@ -198,7 +203,7 @@ std::vector<ReadMesh> bodies_in(const ReadMesh& mesh, const CheckOptions& check,
   }
   std::vector<ReadMesh> result;
   for (const Mesh& part : parts) {
-    ReadMesh one{check_mesh(part, check, progress), mesh.summary};
+    ReadMesh one{.checked = check_mesh(part, check, progress), .summary = mesh.summary};
     one.summary.body = result.size() + 1;
     one.summary.bodies = parts.size();
     one.summary.size_mm = bounding_box(part).sizes();
@@ -286,14 +291,12 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   HollowResult& hollow = *report.hollow;
   progress.begin("write");
   PendingFile pending(options.output);
-  {
-    const Mesh body = hollow.delivery.body();
-    report.delivered_triangles = body.triangles.size();
-    hollow.delivery = {};
-    pending.write(body);
-  }
+  report.delivered_triangles = hollow.delivery.solid().triangles.size();
+  pending.write(hollow.delivery, options.flavor);
+  hollow.delivery = {};
   progress.begin("verify");
-  const Mesh delivered = read_mesh(pending.path(), {.memory_bytes = std::numeric_limits<std::size_t>::max()}).mesh;
+  const Delivery delivered = delivery_of(read_mesh(pending.path(), {.memory_bytes = std::numeric_limits<std::size_t>::max()}),
+                                         print_of(hollow.spec).infill.percent_laid_down);
   report.after = sliced ? sliced->judged(delivered, solid, report, progress) : verify(delivered, &solid, hollow.spec, {}, progress);
   report.before = state_figures(solid, hollow.spec, {}, progress);
   report.timings_s = stages.finish();
@@ -360,7 +363,7 @@ void hollow_one(const Options& options, const ReadMesh& input, Stages& stages, c
   std::optional<SlicedBodies> sliced;
   if (!options.slicer.program.empty() || !options.as_sliced.empty()) {
     sliced.emplace(options, progress);
-    how.as_printed = [&sliced](const Mesh& body) { return sliced->slice(body); };
+    how.as_printed = [&sliced](const Delivery& delivery) { return sliced->slice(delivery); };
   }
   report.hollow = hollow(solid, options.spec, how, progress);
   deliver({options, solid, sliced ? &*sliced : nullptr}, report, stages, progress);
@@ -402,7 +405,9 @@ void verify_one(const Options& options, const ReadMesh& mesh, Stages& stages, co
   RunReport report = start_report(options, input);
   progress.begin("verify");
   try {
-    report.after = verify(input.checked.mesh, original ? &original->checked.mesh : nullptr, options.spec, {}, progress);
+    const Delivery delivered = delivery_of({.mesh = input.checked.mesh, .format = "", .notes = {}, .modifiers = input.modifiers},
+                                           print_of(options.spec).infill.percent_laid_down);
+    report.after = verify(delivered, original ? &original->checked.mesh : nullptr, options.spec, {}, progress);
   } catch (const Error& error) {
     // The check says better than the judge what is wrong with a mesh that has no inside.
     if (error.code() == ErrorCode::input) refuse_unusable(input);
@@ -497,7 +502,7 @@ Advice advise_repair(const Options& options, const Progress& progress, const std
   Advice advice{{}, "--repair"};
   const HollowOptions how = hollow_options(options);
   const HollowResult result = hollow(input.checked.mesh, options.spec, how, progress);
-  if (!verify(how.as_stored(result.delivery.body()), &input.checked.mesh, result.spec, {}, progress).pass()) return advice;
+  if (!verify(result.delivery, &input.checked.mesh, result.spec, {}, progress).pass()) return advice;
   advice.suggestions.push_back({"the holes closed by a guess", {{"repair", ""}}});
   found(advice.suggestions.back());
   return advice;

@@ -224,11 +224,17 @@ std::string help_text(const Syntax& syntax) {
   for (const Group& group : everything.groups) {
     // The goals that verify may judge by are told close together: its help fits a screen.
     text += (group.heading.rfind("Goal ", 0) == 0 ? "" : "\n") + group.heading + ":\n";
+    std::string rare;
     for (const Setting& s : group.settings) {
+      if (s.rare) {
+        rare += " --" + s.name;
+        continue;
+      }
       std::string line = "  " + option_words(s, usual_value(s));
       line += line.size() + 1 < column ? std::string(column - line.size(), ' ') : "\n" + std::string(column, ' ');
       text += line + wrapped(s.words, column) + "\n";
     }
+    if (!rare.empty()) text += "  and, told by the man page:\n    " + wrapped(rare.substr(1), 4) + "\n";
   }
   return text;
 }

@@ -46,6 +46,7 @@ struct Setting {
   Range range = {};
   std::string unset = "auto";  ///< what the absence of an optional number is called
   For applies = For::all;
+  bool rare = false;      ///< help only names it, the man page tells it
   std::string also = {};  ///< a setting that says the same in another way: at most one of the two may be given
 };
 

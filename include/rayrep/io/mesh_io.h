@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "rayrep/io/write_file.h"
+#include "rayrep/mesh/delivery.h"
 #include "rayrep/mesh/mesh.h"
 
 namespace rayrep {
@@ -32,6 +33,8 @@ struct MeshFile {
   double mm_per_unit = 1;          ///< the factor that was applied: 3MF's own unit, else ReadOptions::unit
   std::size_t polygons = 0;        ///< faces in the file; fewer than triangles when some were quads or larger
   std::vector<std::string> notes;  ///< things a user should know, such as ignored trailing bytes
+  /// Of 3MF: modifiers with an infill of their own, not in `mesh`; the share is taken to be what the slicer calls it.
+  std::vector<Part> modifiers = {};
 };
 
 /// Reads STL (binary, also when its header begins with "solid"; ASCII), OBJ (polygons, negative indices, groups), PLY
@@ -39,9 +42,10 @@ struct MeshFile {
 /// kind is taken from the content where it tells, else from the ending of the name, in any case.
 /// Polygons become fans, or ears where they are concave; what that makes of faces that are not flat does not depend on the corner
 /// they start with, and is noted.
-/// What a 3MF file marks as no material is left out: modifiers, support blockers and enforcers of PrusaSlicer, Bambu Studio and
-/// OrcaSlicer, objects of type "support", "solidsupport", "other" or "surface". Negative volumes are subtracted from the build item
-/// they belong to. Both are noted. Objects whose shape is not only triangles (slices, beam lattices, booleans) are refused.
+/// What a 3MF file marks as no material is left out: modifiers (see MeshFile::modifiers), support blockers and enforcers of
+/// PrusaSlicer, Bambu Studio and OrcaSlicer, objects of type "support", "solidsupport", "other" or "surface". Negative volumes are
+/// subtracted from the build item they belong to. Both are noted. Objects whose shape is not only triangles (slices, beam lattices,
+/// booleans) are refused.
 /// @throws Error{input} naming the file, the line, byte or face, and what to do.
 MeshFile read_mesh(const std::filesystem::path& path, const ReadOptions& options = {});
 
@@ -57,6 +61,10 @@ bool can_write(const std::filesystem::path& path);
 /// @throws Error{write} with the system's reason, or for a mesh without triangles or with a coordinate that is not finite
 /// as stored; Error{usage} for an ending that cannot be written.
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh);
+
+/// Writes the parts as one object, sparse regions as modifiers with their infill and without solid layers of their own.
+/// @throws Error as write_mesh; Error{usage} for sparse regions in a file that is not 3MF
+void write_delivery(const std::filesystem::path& path, const Delivery& delivery, ThreeMfFlavor flavor = ThreeMfFlavor::prusa);
 
 /// The coordinates that reading a mesh back from `path` will give: rounded to float32 for .stl, otherwise unchanged.
 Mesh as_stored(const std::filesystem::path& path, const Mesh& mesh);

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "rayrep/mesh/mesh.h"
+#include "rayrep/mesh/delivery.h"
 
 namespace rayrep {
 
@@ -44,6 +44,10 @@ private:
   std::filesystem::path path_;
 };
 
+/// Whose way of telling modifiers a 3MF file speaks: no single file serves all.
+enum class ThreeMfFlavor { prusa, bambu };
+inline constexpr const char* kThreeMfFlavorNames[] = {"prusa", "bambu"};
+
 /// A mesh file that is written beside its place, to be judged as it stands on the disk, and gets its name only with commit().
 /// Without it nothing is left behind. Links and permissions as for write_text_file; devices and pipes are refused.
 class PendingFile {
@@ -57,8 +61,8 @@ public:
   /// Where the mesh stands until commit(): in the target's folder, hidden, with the target's ending.
   const std::filesystem::path& path() const { return path_; }
 
-  /// As write_mesh, to path(). @throws Error that speaks of the target
-  void write(const Mesh& mesh);
+  /// As write_delivery, to path(). @throws Error that speaks of the target
+  void write(const Delivery& delivery, ThreeMfFlavor flavor = ThreeMfFlavor::prusa);
 
   /// Puts what was written in place. @throws Error{write}
   void commit();

@@ -8,6 +8,7 @@
 
 #include "rayrep/base/figure.h"
 #include "rayrep/base/progress.h"
+#include "rayrep/mesh/delivery.h"
 #include "rayrep/mesh/mesh.h"
 #include "rayrep/physics/hydrostatics.h"
 #include "rayrep/physics/inertial.h"
@@ -260,6 +261,13 @@ struct PrintedMesh {
 /// verify_print judges.
 /// @throws Error as verify
 Verdict verify(const PrintedMesh& delivered, const Mesh& original, const Spec& spec, const Limits& limits = {},
+               const Progress& progress = {});
+
+/// Judges what a slicer is told: as a mesh where no part is sparse. Else the surfaces of the sparse regions are held to all that
+/// cavities are held to (closed, no_islands, no_crossings, wall), and moments are those of moments_of: the shares are assumed, and
+/// the verdict says so.
+/// @throws Error as verify
+Verdict verify(const Delivery& delivered, const Mesh* original, const Spec& spec, const Limits& limits = {},
                const Progress& progress = {});
 
 /// The figures of a body as they stand in a verdict, for the "before" column.

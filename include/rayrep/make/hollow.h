@@ -34,9 +34,10 @@ struct HollowOptions {
   double start_fill = 0.5;  ///< where Ipopt starts on segments: 1 all solid, 0 all void; half takes the fewest iterations mostly
   /// What storing does to coordinates (e.g. rounding to float32), see as_stored in mesh_io.h; empty: nothing.
   std::function<Mesh(const Mesh&)> as_stored;
-  /// The ten moments, unit density, of what a printer lays down for a body, both in the frame of the mesh that is given; empty: a
-  /// print is taken to be its mesh. With it the body is made such that not its mesh but its print meets the goal. theory.md (45)
-  std::function<Moments(const Mesh&)> as_printed;
+  /// The ten moments, unit density, of what a printer lays down for what is delivered, in the frame of the mesh that is given;
+  /// empty: a print is taken to be its mesh. With it the body is made such that not its mesh but its print meets the goal.
+  /// theory.md (45)
+  std::function<Moments(const Delivery&)> as_printed;
   int max_slices = 3;  ///< how often as_printed is asked
   /// No further slice is made once a print misses mass and offset by no more than this (as as_built_tolerance).
   double as_printed_tolerance = 3e-5;

@@ -1,10 +1,19 @@
 #pragma once
 
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "rayrep/mesh/mesh.h"
 
 namespace rayrep {
+
+/// What a slicer is told of the room inside a modifier, and what comes of it.
+struct SparseInfill {
+  double percent = 0;   ///< as the slicer calls it
+  std::string pattern;  ///< in PrusaSlicer's words: "gyroid"; empty: that of the user's profile
+  double share = 0;     ///< of the room that material takes, 0 to 1
+};
 
 /// One piece of what is written: a closed mesh of one density.
 struct Part {
@@ -17,6 +26,7 @@ struct Part {
   Mesh mesh;
   Role role = Role::body;
   double density_g_cm3 = 1.24;
+  std::optional<SparseInfill> infill = {};  ///< of a modifier
 };
 
 /// What a maker gives out: what is written, and what a judge is told of.
@@ -26,6 +36,10 @@ struct Delivery {
   /// All parts of that role in one mesh.
   Mesh mesh_of(Part::Role role) const;
   Mesh body() const { return mesh_of(Part::Role::body); }
+  /// Parts of the body are filled sparsely.
+  bool has_infill() const;
+  /// What is solid: the body without what is filled sparsely, whose surface is turned inward.
+  Mesh solid() const;
 };
 
 }  // namespace rayrep

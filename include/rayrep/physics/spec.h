@@ -8,6 +8,7 @@
 
 #include "rayrep/base/setting.h"
 #include "rayrep/physics/inertial.h"
+#include "rayrep/physics/infill.h"
 #include "rayrep/physics/spin.h"
 #include "rayrep/physics/spin_axis.h"
 
@@ -22,6 +23,7 @@ struct Print {
   double wall_mm = 1.2;         ///< smallest distance of a cavity to the surface; for a judge 0: the wall is not judged
   double liquid_g_cm3 = 0;      ///< of what stays uncured in a sealed cavity, see Material; 0: nothing does
   bool drained = false;         ///< nothing does all the same: the cavities are drained after the print, and closed again
+  Infill infill = {};           ///< of a maker: what the cavities hold; a judge takes it from the file
 };
 
 /// Floats upright.
@@ -107,6 +109,7 @@ using Spec = std::variant<FloatSpec, SpinSpec, StandSpec, TargetSpec>;
 
 /// The rows that set a spec; they keep references to it. @param purpose  leaves out what the other one alone asks for
 Settings settings(Print& print, Setting::For purpose);
+Settings settings(Infill& infill, Setting::For purpose);
 Settings settings(FloatSpec& spec, Setting::For purpose);
 Settings settings(SpinSpec& spec, Setting::For purpose);
 Settings settings(StandSpec& spec, Setting::For purpose);

@@ -6,7 +6,7 @@
 
 #include "rayrep/base/progress.h"
 #include "rayrep/io/printed.h"
-#include "rayrep/mesh/mesh.h"
+#include "rayrep/mesh/delivery.h"
 #include "rayrep/print/place_print.h"
 
 namespace rayrep {
@@ -21,7 +21,14 @@ struct SlicerOptions {
 
 /// What a profile says that matters for the model.
 struct SlicerProfile {
-  std::optional<double> density_g_cm3;                        ///< filament_density, of the first extruder; none if 0
+  std::optional<double> density_g_cm3;  ///< filament_density, of the first extruder; none if 0
+  std::optional<double> fill_percent;
+  std::optional<std::string> fill_pattern;
+  std::optional<int> perimeters;
+  std::optional<double> extrusion_width_mm;  ///< none where it is automatic, or a share of the layer's height
+  std::optional<int> top_layers;
+  std::optional<int> bottom_layers;
+  std::optional<double> layer_height_mm;
   Eigen::Vector2d bed_centre_mm = Eigen::Vector2d(100, 100);  ///< of bed_shape's box
 };
 
@@ -37,12 +44,12 @@ struct Sliced {
 /// Slices a body as it is laid down with 100 % infill, supports on the bed only, its box in the middle of the bed; writes the
 /// G-code. The program is run without a shell, in a temporary folder of its own, and is killed with its children after the time
 /// limit and when `progress` says so.
-/// @param mesh    what is sliced: closed, oriented, cavities as reversed shells
+/// @param delivery  what is sliced: closed, oriented, cavities as reversed shells; its sparse regions as modifiers
 /// @param ending  of the mesh file that the slicer reads: ".stl", ".3mf" or ".obj"
 /// @param gcode   where the G-code is written
 /// @throws Error{usage} when there is no such program or profile; Error{solver} with what it said when it fails or takes too long;
 ///         Error{interrupted}
-Sliced slice(const Mesh& mesh, const std::string& ending, const std::filesystem::path& gcode, const SlicerOptions& options,
+Sliced slice(const Delivery& delivery, const std::string& ending, const std::filesystem::path& gcode, const SlicerOptions& options,
              const Progress& progress = {});
 
 }  // namespace rayrep

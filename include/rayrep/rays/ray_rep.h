@@ -20,10 +20,14 @@ struct RayGrid {
   double spacing_mm = 1;
   int nx = 0;
   int ny = 0;
+  /// By how much more material, per volume, a ray holds where it is full than where it is empty: 1 for solid and void, less than 1
+  /// where empty means infill. Moments and their derivatives are proportional to it, volumes are not.
+  double weight = 1;
 
   std::size_t size() const { return static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny); }
   Eigen::Vector2d at(std::size_t ray) const;  ///< ray = j nx + i
   double cell_area_mm2() const { return spacing_mm * spacing_mm; }
+  double weighted_area_mm2() const { return weight * cell_area_mm2(); }
 };
 
 /// A solid as its intersections with a grid of rays (ray-reps paper, Eq. 1): the intervals of ray r are
