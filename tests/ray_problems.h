@@ -112,6 +112,12 @@ inline RayBody body_of_field(const std::function<double(const Eigen::Vector3d&)>
   return body;
 }
 
+/// Infill takes a share of where a cavity would be.
+inline void lighten(RayBody& body, double share) {
+  body.shell += share * ray_moments(body.domain);
+  body.domain.grid.weight = 1 - share;
+}
+
 /// One to four overlapping ellipsoids with a wall of 0.5 to 4 mm, about 50 mm in size, `across` rays over 104 mm. The origin is the
 /// lowest point below the centre of mass, or up to 4 mm beside that, or near the centre of mass.
 inline RayBody random_body(Random& random, int across) {

@@ -55,7 +55,8 @@ bool can_be_met(const TargetGoal::Setup& setup, const RayIntegrals& rays, const 
   const double solid_g = rho * body.solid[M1];
   const std::optional<double> mass = wanted(setup.wanted, M1);
   if (mass && *mass < shell_g) {
-    text = "The shell alone weighs " + shown(shell_g, 5) + " g, more than the wanted " + shown(*mass, 5) + " g.";
+    text = (body.inner.rays.grid.weight < 1 ? "Sparse all through it weighs " : "The shell alone weighs ") + shown(shell_g, 5) +
+           " g, more than the wanted " + shown(*mass, 5) + " g.";
     others = " A material lighter than " + number(setup.density_g_cm3 * *mass / shell_g, 3) +
              " g/cm3 (--density) would give that mass some room.";
   } else if (mass && *mass > solid_g) {

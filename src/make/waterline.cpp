@@ -23,6 +23,9 @@ constexpr double kSmallestHeight = 2e-5;
 
 double grams(double volume_mm3, double density_g_cm3) { return volume_mm3 * density_g_cm3 / 1000; }
 
+/// The inside is infill where it is not solid.
+bool sparse(const FloatProblem& problem) { return problem.inner.grid.weight < 1; }
+
 Moments solid_moments(const FloatProblem& problem) { return problem.shell + problem.integrals.full(); }
 
 /// The largest volume that the body displaces upright: its hull, or with dry pockets perhaps more.
@@ -237,8 +240,8 @@ std::string why_unattainable(const FloatProblem& problem, const WaterlineState& 
   const std::string line = "a waterline " + number(state.waterline_mm, 2) + " mm above the lowest point displaces " +
                            number(state.displaced_g, 2) + " g";
   if (available_mm3 < problem.shell[M1])
-    return "The shell alone weighs " + number(shell_g, 2) + " g, but " + line +
-           (range.length() > 0 ? ": it floats deeper than " + number(range.lo, 2) + " mm." : ": it sinks.") +
+    return (sparse(problem) ? "Sparse all through it weighs " : "The shell alone weighs ") + number(shell_g, 2) + " g, but " +
+           line + (range.length() > 0 ? ": it floats deeper than " + number(range.lo, 2) + " mm." : ": it sinks.") +
            " At this waterline it takes a material lighter than " +
            number(problem.density_g_cm3 * available_mm3 / problem.shell[M1], 3) + " g/cm3.";
   if (available_mm3 > solid_moments(problem)[M1])
@@ -267,9 +270,11 @@ std::string why_unattainable(const FloatProblem& problem, const WaterlineState& 
 std::string why_no_waterline(const FloatProblem& problem, double reserve, const Progress& progress) {
   const double hull_mm3 = capacity_mm3(problem);
   if (hull_mm3 * problem.fluid_g_cm3 / problem.density_g_cm3 <= problem.shell[M1])
-    return "It sinks at any waterline: the shell alone weighs " + number(grams(problem.shell[M1], problem.density_g_cm3), 2) +
-           " g, and completely under water it displaces only " + number(grams(hull_mm3, problem.fluid_g_cm3), 2) +
-           " g. It takes a material lighter than " + number(hull_mm3 * problem.fluid_g_cm3 / problem.shell[M1], 3) + " g/cm3.";
+    return (sparse(problem) ? "It sinks at any waterline: sparse all through it weighs "
+                            : "It sinks at any waterline: the shell alone weighs ") +
+           number(grams(problem.shell[M1], problem.density_g_cm3), 2) + " g, and completely under water it displaces only " +
+           number(grams(hull_mm3, problem.fluid_g_cm3), 2) + " g. It takes a material lighter than " +
+           number(hull_mm3 * problem.fluid_g_cm3 / problem.shell[M1], 3) + " g/cm3.";
 
   const WaterlineState* best = nullptr;
   double offset = std::numeric_limits<double>::infinity();

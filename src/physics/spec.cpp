@@ -296,7 +296,7 @@ Settings settings(Infill& infill, For purpose) {
         .words = "of the sparse region that becomes material",
         .details = "As measured with your slicer; the usual one is that of PrusaSlicer 2.5 (benchmarks/infill.py).",
         .place = &infill.percent_laid_down,
-        .range = {.lo = 0, .hi = 100},
+        .range = {.lo = 0, .hi = 100, .open = false},
         .unset = "as measured",
         .rare = purpose == For::making},
        {.name = "perimeters",

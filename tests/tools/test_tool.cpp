@@ -909,6 +909,34 @@ TEST_F(Tool, APrintIsMeasuredAndJudged) {
   EXPECT_TRUE(mentions(missing.err, {"no-such-slicer"}));
 }
 
+TEST_F(Tool, InfillInsteadOfACavity) {
+  const std::string egg = "float egg.stl --resolution 40 ";
+  for (const char* flavor : {"prusa", "bambu"}) {
+    const Run made = run(egg + "--infill 20 --infill-laid-down 21.5 --3mf-flavor " + flavor + " -v");
+    ASSERT_EQ(made.code, 0) << made.err;
+    EXPECT_TRUE(fs::exists(folder_ / "egg_float.3mf"));
+    EXPECT_TRUE(mentions(made.out, {"Assumed", "gyroid infill of 20.0 % takes 21.50 %", "1 sparse region", "20 % (gyroid)"}));
+    std::smatch found;
+    ASSERT_TRUE(std::regex_search(made.out, found, std::regex("to judge it again: rayrep (.*)"))) << made.out;
+    const Run again = run(found[1].str());
+    EXPECT_EQ(again.code, 0) << found[1].str() << "\n" << again.err;
+    // Of another share it does not float as deep.
+    EXPECT_EQ(run(std::regex_replace(found[1].str(), std::regex("21.5"), "25")).code, 4);
+  }
+  std::ofstream(folder_ / "p.ini") << "fill_density = 30%\nfill_pattern = cubic\nperimeters = 4\nextrusion_width = 0.5\n"
+                                      "top_solid_layers = 3\nbottom_solid_layers = 3\nlayer_height = 0.3\nfilament_density = 1.3\n";
+  const Run profiled = run(egg + "--cavity infill --profile p.ini --waterline 22");
+  EXPECT_TRUE(mentions(profiled.out + profiled.err, {"30 % (cubic)", "wall 2 mm", "material 1.3 g/cm3"}));
+  EXPECT_EQ(profiled.code, 0) << profiled.err;
+  EXPECT_TRUE(mentions(run(egg + "--infill 20 -o egg.stl").err, {"3MF", ".3mf"}));
+  EXPECT_TRUE(mentions(run(egg + "--infill 20 --cavity void").err, {"--cavity void"}));
+  EXPECT_TRUE(mentions(run(egg + "--perimeters 3").err, {"--infill 15"}));
+  EXPECT_TRUE(mentions(run(egg + "--3mf-flavor bambu").err, {"--infill 15"}));
+  EXPECT_TRUE(mentions(run(egg + "--infill 20 --wall 1").err, {"1.2 mm", "Leave --wall out"}));
+  EXPECT_TRUE(mentions(run(egg + "--infill 20 --material resin").err, {"no infill"}));
+  EXPECT_TRUE(mentions(run(egg + "--infill 20 --slicer true --profile p.ini --perimeters 2").err, {"profile"}));
+}
+
 TEST_F(Tool, TheCommandThatJudgesASlicedBodyAgainHolds) {
   // A slicer that prints that box whatever it is given, in the middle of its bed.
   std::ofstream(folder_ / "box.gcode") << gcode_of_a_box();

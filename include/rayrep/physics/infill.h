@@ -12,9 +12,9 @@ namespace rayrep {
 
 /// How a slicer fills what shall not be solid, and what it makes solid for all that.
 struct Infill {
-  double percent = 0;                       ///< nominal; 0: nothing, cavities are void
-  std::string pattern = "gyroid";           ///< in PrusaSlicer's words
-  std::optional<double> percent_laid_down;  ///< wins over infill_share
+  double percent = 0;                            ///< nominal; 0: nothing, cavities are void
+  std::string pattern = "gyroid";                ///< in PrusaSlicer's words
+  std::optional<double> percent_laid_down = {};  ///< wins over infill_share
   int perimeters = 2;
   double extrusion_width_mm = 0.45;
   int top_layers = 6;
