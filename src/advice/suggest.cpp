@@ -50,6 +50,7 @@ void set(Spec& spec, const std::string& name, const std::string& text) {
   const auto apply = [&](auto& goal) {
     Settings rows = settings(goal, Setting::For::making);
     for (Setting& row : settings(goal.print, Setting::For::making)) rows.push_back(std::move(row));
+    for (Setting& row : settings(goal.print.infill, Setting::For::making)) rows.push_back(std::move(row));
     for (Setting& row : rows)
       if (row.name == name) parse(row, text);
   };
@@ -187,6 +188,7 @@ private:
   void add_axes(const SpinSpec& spec);
   void add_contacts(const StandSpec& spec);
   void add_walls();
+  void add_infill();
   void add_attitudes();
   void add_sizes();
   void add_materials();
@@ -209,6 +211,7 @@ void Adviser::add_ways() {
   if (const auto* spec = std::get_if<SpinSpec>(&asked_)) add_axes(*spec);
   if (const auto* spec = std::get_if<StandSpec>(&asked_)) add_contacts(*spec);
   add_walls();
+  add_infill();
   add_attitudes();
   add_sizes();
   add_materials();
@@ -287,12 +290,26 @@ void Adviser::add_contacts(const StandSpec& spec) {
 }
 
 void Adviser::add_walls() {
+  const Infill& infill = print_of(asked_).infill;
+  const double least_mm = infill.wanted() ? infill.skin_mm() : size_mm_ / 500;
   Way way{"walls down to 0.2 mm", {}, {}};
   for (const char* text :
        {"12", "10", "8", "6", "5", "4", "3", "2.5", "2", "1.6", "1.2", "1", "0.8", "0.6", "0.5", "0.4", "0.3", "0.2"})
-    if (const double mm = parse_number("wall", text); mm < print_of(asked_).wall_mm && mm > size_mm_ / 500)
+    if (const double mm = parse_number("wall", text); mm < print_of(asked_).wall_mm && mm > least_mm)
       way.ladder.push_back({std::string("a wall of ") + text + " mm", {{"wall", text}}});
   if (!way.ladder.empty()) ways_.push_back(std::move(way));
+}
+
+/// Less infill, then none: what a sparse region can do, a cavity can, and it can be lighter.
+void Adviser::add_infill() {
+  const Infill& infill = print_of(asked_).infill;
+  if (!infill.wanted()) return;
+  Way way{"less infill", {}, {}};
+  for (const char* text : {"50", "30", "20", "15", "10", "5"})
+    if (!infill.percent_laid_down && parse_number("infill", text) < infill.percent)
+      way.ladder.push_back({std::string(text) + " % infill", {{"infill", text}}});
+  way.ladder.push_back({"a cavity instead of infill", {{"cavity", "void"}, {"infill", "0"}}});
+  ways_.push_back(std::move(way));
 }
 
 /// Each of the other five attitudes by itself: none of them is more than another.

@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
 #include "example_shapes.h"
 #include "ray_problems.h"
+#include "rayrep/advice/suggest.h"
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/judge/verify.h"
@@ -168,6 +170,18 @@ TEST(Infill, SharesGrowWithThePercentageAndSkinsWithTheLayers) {
   EXPECT_EQ(Infill{}.share(), 0);
   EXPECT_NEAR((Infill{.perimeters = 4, .extrusion_width_mm = 0.5}).skin_mm(), 2, 1e-12);
   EXPECT_NEAR((Infill{.bottom_layers = 12, .layer_height_mm = 0.25}).skin_mm(), 3, 1e-12);
+}
+
+TEST(Infill, LessOfItOrACavityIsAdvised) {
+  FloatSpec spec = afloat(0);
+  spec.print.infill = {.percent = 60};
+  spec.waterline_mm = 20;
+  std::vector<std::vector<std::pair<std::string, std::string>>> options;
+  for (const Suggestion& s : suggest(tilted_ellipsoid(), spec, coarse()).suggestions) options.push_back(s.options);
+  const std::vector<std::pair<std::string, std::string>> cavity = {{"cavity", "void"}, {"infill", "0"}};
+  const bool less = std::any_of(options.begin(), options.end(),
+                                [&](const auto& o) { return o == cavity || (o.size() == 1 && o[0].first == "infill"); });
+  EXPECT_TRUE(less) << options.size();
 }
 
 TEST(Infill, WhatMakesNoSenseIsRefused) {

@@ -617,6 +617,7 @@ void choose_infill(const Given& given, Options& options) {
     usage_error("--cavity void has no infill: leave it or --infill out.");
   if (!infill.wanted()) {
     if (given.contains("cavity") && given.at("cavity") == "infill") usage_error("--infill 0 is --cavity void.");
+    if (given.contains("infill")) return;  // 0: what else is said of it does not matter
     Infill none;
     for (const Setting& s : settings(none, For::making))
       if (s.name != "cavity" && s.name != "infill" && given.contains(s.name))
