@@ -32,6 +32,7 @@ SPIN = 'VerifySpin.*:SpinStateOf.*:Physics.*'
 STAND = 'VerifyStand.*:StandStateOf.*:HollowStand.*'
 PLAN = [
     ('src/physics/moments.cpp', 8, ['MeshMoments.*:MassProperties.*:Monomials.*:MomentMap.*', 'MomentsTwin.*:Quadric.*']),
+    ('src/physics/infill.cpp', 5, ['Infill.*']),
     ('src/physics/bead.cpp', 10, ['Bead.*', 'Printed.*']),
     ('src/physics/clipped_hull.cpp', 9, ['Hydrostatics.*:WaterlineForVolume.*:FloatingRest.*:Pockets.*:HydrostaticsTwin.*', FLOAT]),
     ('src/physics/hydrostatics.cpp', 5, ['Hydrostatics.*:WaterlineForVolume.*:OuterHull.*:Pockets.*:HydrostaticsTwin.*', FLOAT]),
