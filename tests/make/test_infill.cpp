@@ -168,6 +168,14 @@ TEST(Infill, SharesGrowWithThePercentageAndSkinsWithTheLayers) {
   }
   EXPECT_EQ(infill_share("a pattern of tomorrow", 15), 0.15);
   EXPECT_EQ(Infill{}.share(), 0);
+  EXPECT_EQ((Infill{.percent = 20, .percent_laid_down = 21.5}).share(), 0.215);
+  // A file says what the slicer calls it; what comes of that is said, or known.
+  Delivery read = delivery(box({0, 0, 0}, {2, 2, 2}));
+  read.parts.push_back({.mesh = {}, .role = Part::Role::modifier, .infill = SparseInfill{15, "gyroid", 0.15}});
+  assume_shares(read, 21.5);
+  EXPECT_EQ(read.parts[1].infill->share, 0.215);
+  assume_shares(read, {});
+  EXPECT_EQ(read.parts[1].infill->share, infill_share("gyroid", 15));
   EXPECT_NEAR((Infill{.perimeters = 4, .extrusion_width_mm = 0.5}).skin_mm(), 2, 1e-12);
   EXPECT_NEAR((Infill{.bottom_layers = 12, .layer_height_mm = 0.25}).skin_mm(), 3, 1e-12);
 }
