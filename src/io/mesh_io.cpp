@@ -181,6 +181,8 @@ bool can_write(const fs::path& path) {
   return format != nullptr && format->encode != nullptr;
 }
 
+bool can_write_infill(const fs::path& path) { return ending_of(path) == ".3mf"; }
+
 namespace {
 
 /// @throws Error for what write_mesh does not write
@@ -207,7 +209,7 @@ std::string detail::encode_delivery(const fs::path& path, const Delivery& delive
   const Mesh solid = delivery.solid();
   const Format& format = format_for(path, solid);
   if (!delivery.has_infill()) return format.encode(solid);
-  if (ending_of(path) != ".3mf")
+  if (!can_write_infill(path))
     throw Error(ErrorCode::usage,
                 concat("Cannot write '", path.string(),
                        "': where to print sparsely is told by a modifier, which only 3MF holds. End it in .3mf."));

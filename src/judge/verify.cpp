@@ -426,9 +426,15 @@ Verdict judge_both(const PrintedMesh& delivered, const Mesh* original, const Spe
 
 /// What is assumed of the sparse regions.
 std::string assumed(const SparseInfill& infill) {
+  const std::vector<std::string> measured = infill_patterns();
+  const bool guessed = std::find(measured.begin(), measured.end(), infill.pattern) == measured.end();
+  const std::string pattern = infill.pattern.empty() ? "the pattern" : infill.pattern;
   return "Assumed: printed solid but for the sparse regions, whose " + (infill.pattern.empty() ? "" : infill.pattern + " ") +
-         "infill of " + number(infill.percent, 1) + " % takes " + number(100 * infill.share, 2) +
-         " % of their room. Slice it, and let 'rayrep verify NAME.gcode' judge what is printed.";
+         "infill of " + number(infill.percent, 1) + " % takes " + number(100 * infill.share, 2) + " % of their room" +
+         (!is_uniform_infill(infill.pattern) ? "; but " + pattern + " lays down other shares at other places"
+          : guessed                          ? " (" + pattern + " was not measured)"
+                                             : "") +
+         ". Slice it, and let 'rayrep verify NAME.gcode' judge what is printed.";
 }
 
 }  // namespace

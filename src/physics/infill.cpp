@@ -57,6 +57,10 @@ std::vector<std::string> infill_patterns() {
   return names;
 }
 
+bool is_uniform_infill(const std::string& pattern) {
+  return pattern != "adaptivecubic" && pattern != "supportcubic" && pattern != "lightning";
+}
+
 void assume_shares(Delivery& delivery, const std::optional<double>& percent_laid_down) {
   for (Part& part : delivery.parts)
     if (part.infill)

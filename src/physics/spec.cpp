@@ -213,6 +213,10 @@ void check_infill(const Print& print) {
   const Infill& infill = print.infill;
   if (!infill.wanted()) return;
   if (print.liquid_g_cm3 > 0) usage_error("Resin printers have no infill: leave --infill out, or choose a filament.");
+  if (!is_uniform_infill(infill.pattern))
+    usage_error("How much " + infill.pattern +
+                " lays down differs from place to place, and what it weighs cannot be planned: choose another pattern, like "
+                "--infill-pattern gyroid.");
   const double skin_mm = infill.skin_mm();
   if (!(print.wall_mm >= skin_mm * (1 - 1e-9)))
     usage_error("The slicer makes " + shown(skin_mm, 4) + " mm below the surface solid (" + std::to_string(infill.perimeters) +

@@ -68,6 +68,7 @@ SlicerProfile read_slicer_profile(const fs::path& path) {
     if (const auto pattern = value_of("fill_pattern")) profile.fill_pattern = *pattern;
     count_of("perimeters", profile.perimeters);
     number_of("extrusion_width", profile.extrusion_width_mm);
+    if (profile.extrusion_width_mm == 0) profile.extrusion_width_mm.reset();  // automatic
     count_of("top_solid_layers", profile.top_layers);
     count_of("bottom_solid_layers", profile.bottom_layers);
     number_of("layer_height", profile.layer_height_mm);

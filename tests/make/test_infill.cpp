@@ -133,6 +133,20 @@ void expect_same_corners(const Mesh& a, const Mesh& b) {
     for (int k = 0; k < 3; ++k) EXPECT_EQ(a.corner(t, k), b.corner(t, k));
 }
 
+TEST(Infill, WhatIsGuessedOfAPatternIsSaid) {
+  const Mesh body = box({0, 0, 0}, {40, 40, 30});
+  const auto note = [&](const std::string& pattern) {
+    Delivery delivered = delivery(body);
+    delivered.parts.push_back(
+        {.mesh = box({5, 5, 5}, {35, 35, 25}), .role = Part::Role::modifier, .infill = SparseInfill{15, pattern, 0.15}});
+    return verify(delivered, &body, StandSpec{}).notes.back();
+  };
+  EXPECT_EQ(note("gyroid").find("measured"), std::string::npos);
+  EXPECT_TRUE(mentions(note("hilbertcurve"), {"hilbertcurve was not measured"}));
+  EXPECT_TRUE(mentions(note(""), {"the pattern was not measured"}));
+  EXPECT_TRUE(mentions(note("lightning"), {"other shares at other places"}));
+}
+
 TEST(Infill, AThreeMfFileKeepsIt) {
   const Mesh body = box({0, 0, 0}, {40, 40, 30});
   Delivery made = delivery(body);
@@ -197,6 +211,10 @@ TEST(Infill, WhatMakesNoSenseIsRefused) {
   spec.print.wall_mm = 0.8;
   EXPECT_THROW(check(spec, Setting::For::making), Error);
   spec.print.wall_mm = 1.2;
+  EXPECT_NO_THROW(check(spec, Setting::For::making));
+  spec.print.infill.pattern = "lightning";
+  EXPECT_THROW(check(spec, Setting::For::making), Error);
+  spec.print.infill.pattern = "a pattern of tomorrow";
   EXPECT_NO_THROW(check(spec, Setting::For::making));
   spec.print.liquid_g_cm3 = 1.1;
   EXPECT_THROW(check(spec, Setting::For::making), Error);

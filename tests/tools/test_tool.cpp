@@ -929,6 +929,20 @@ TEST_F(Tool, InfillInsteadOfACavity) {
   EXPECT_TRUE(mentions(profiled.out + profiled.err, {"30 % (cubic)", "wall 2 mm", "material 1.3 g/cm3"}));
   EXPECT_EQ(profiled.code, 0) << profiled.err;
   EXPECT_TRUE(mentions(run(egg + "--infill 20 -o egg.stl").err, {"3MF", ".3mf"}));
+  const Run capitals = run(egg + "--infill 20 -o EGG.3MF");
+  EXPECT_EQ(capitals.code, 0) << capitals.err;
+  // Where modifiers are not counted that is said, or refused.
+  EXPECT_TRUE(mentions(run("inspect EGG.3MF").out, {"not counted here"}));
+  EXPECT_TRUE(mentions(run("verify EGG.3MF --each").err, {"whose the modifiers"}));
+  // 0 is automatic; what was weighed goes before the profile.
+  std::ofstream(folder_ / "auto.ini") << "extrusion_width = 0\nfilament_density = 1.1\n";
+  EXPECT_EQ(run(egg + "--infill 20 --profile auto.ini").code, 0);
+  std::ofstream(folder_ / "box.gcode") << gcode_of_a_box();
+  write_mesh(folder_ / "box.stl", box({0, 0, 0}, {20, 10, 6}));
+  const Run weighed =
+      run("stand egg.stl --contact 1 --resolution 40 --infill 20 --profile auto.ini --as-sliced box.gcode --of box.stl "
+          "--measured-mass 1.8");
+  EXPECT_TRUE(mentions(weighed.out, {"material 1.5 g/cm3"})) << weighed.err;
   EXPECT_TRUE(mentions(run(egg + "--infill 20 --cavity void").err, {"--cavity void"}));
   EXPECT_TRUE(mentions(run(egg + "--perimeters 3").err, {"--infill 15"}));
   EXPECT_TRUE(mentions(run(egg + "--3mf-flavor bambu").err, {"--infill 15"}));

@@ -601,7 +601,8 @@ void check_slicer(const Given& given, Options& options) {
   }
   if (!slices && options.slicer.profile.empty()) return;
   const SlicerProfile profile = read_slicer_profile(options.slicer.profile);
-  if (!options.density_given && profile.density_g_cm3) print_in(options.spec).density_g_cm3 = *profile.density_g_cm3;
+  if (!options.density_given && options.as_sliced.empty() && profile.density_g_cm3)
+    print_in(options.spec).density_g_cm3 = *profile.density_g_cm3;
   if (!slices) return;
   choose_print_direction(options);
   if (options.gcode.empty()) options.gcode = std::filesystem::path(options.output).replace_extension(".gcode");
@@ -649,7 +650,7 @@ void choose_output(Options& options) {
   if (options.command != Command::hollow) return;
   const bool sparse = print_of(options.spec).infill.wanted();
   if (options.output.empty()) options.output = options.input.stem().string() + "_" + options.goal + (sparse ? ".3mf" : ".stl");
-  if (sparse && options.output.extension() != ".3mf")
+  if (sparse && !can_write_infill(options.output))
     usage_error("Where to print sparsely is told by a modifier, which only 3MF holds: end '" + options.output.string() +
                 "' in .3mf.");
   if (!can_write(options.output))

@@ -110,6 +110,7 @@ ReadMesh read(const std::filesystem::path& path, const Options& options, CheckOp
     summary.size_mm = factor * box.sizes();
   }
   result.modifiers = file.modifiers;
+  const bool counted = options.command == Command::verify;
   if (factor != 1) {
     for (auto& v : mesh.vertices) v *= factor;
     for (Part& part : result.modifiers)
@@ -119,6 +120,9 @@ ReadMesh read(const std::filesystem::path& path, const Options& options, CheckOp
   summary.path = path.string();
   summary.format = file.format;
   summary.notes = file.notes;
+  if (!result.modifiers.empty() && !counted)
+    summary.notes.emplace_back(
+        "The infill of modifiers is not counted here: the body is taken as solid. 'rayrep verify' counts it.");
   summary.check = result.checked.report;
   summary.vertices = mesh.vertices.size();
   summary.triangles = mesh.triangles.size();
@@ -459,6 +463,9 @@ void run_verify(const Options& options, Stages& stages, const Progress& progress
   ReadMesh input = read(options.input, as_written, kChecksToJudge, progress);
   if (options.each) {
     refuse_unusable(input);
+    if (!input.modifiers.empty())
+      throw Error(ErrorCode::usage, "--each does not know whose the modifiers of '" + options.input.string() +
+                                        "' are: save each body with its own as a file of its own.");
     for_each_body(options, bodies_in(input, kChecksToJudge, progress), progress, verify_one);
     return;
   }

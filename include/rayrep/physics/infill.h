@@ -35,6 +35,10 @@ double infill_share(const std::string& pattern, double percent);
 /// The patterns that were measured.
 std::vector<std::string> infill_patterns();
 
+/// Of this pattern the same share is laid down everywhere in a region: not of those that are denser near the surface or below
+/// roofs.
+bool is_uniform_infill(const std::string& pattern);
+
 /// Sets the shares of what was read from a file: as said, or as measured.
 void assume_shares(Delivery& delivery, const std::optional<double>& percent_laid_down);
 
