@@ -1,9 +1,11 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <map>
 #include <memory>
 #include <pugixml.hpp>
+#include <span>
 
 #include "io/archive.h"
 #include "io/mesh_io_detail.h"
@@ -20,6 +22,8 @@ constexpr int kMaxDepth = 64;
 
 constexpr const char* kModelRelationship = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel";
 constexpr const char* kDefaultModel = "3D/3dmodel.model";
+constexpr const char* kPrusaConfig = "Metadata/Slic3r_PE_model.config";
+constexpr const char* kBambuConfig = "Metadata/model_settings.config";
 
 /// The name of an element or attribute without its namespace prefix.
 std::string_view local_name(const char* name) {
@@ -141,14 +145,25 @@ struct SlicerMarks {
   std::map<std::pair<std::string, std::string>, Mark> marks;  // by object and component
 };
 
-/// "15%", with what the slicer calls density and pattern of the infill.
-std::optional<SparseInfill> infill_told(const pugi::xml_node& volume, std::string_view density, std::string_view pattern) {
+/// What slicers call the settings of infill.
+struct InfillKeys {
+  const char* density;
+  const char* pattern;
+  std::array<const char*, 3> none;  ///< 0 in a sparse region: layers that would be solid in it, and areas
+};
+constexpr InfillKeys kPrusaKeys = {
+    "fill_density", "fill_pattern", {"top_solid_layers", "bottom_solid_layers", "solid_infill_below_area"}};
+constexpr InfillKeys kBambuKeys = {
+    "sparse_infill_density", "sparse_infill_pattern", {"top_shell_layers", "bottom_shell_layers", "minimum_sparse_infill_area"}};
+
+/// "15%" and a pattern; none if no density is told.
+std::optional<SparseInfill> infill_told(const pugi::xml_node& volume, const InfillKeys& keys) {
   SparseInfill infill;
   bool told = false;
   for (const auto& metadata : volume.children()) {
     std::string_view value = attribute(metadata, "value");
-    if (attribute(metadata, "key") == pattern) infill.pattern = value;
-    if (attribute(metadata, "key") != density) continue;
+    if (attribute(metadata, "key") == keys.pattern) infill.pattern = value;
+    if (attribute(metadata, "key") != keys.density) continue;
     if (value.ends_with('%')) value.remove_suffix(1);
     told = parse_number(value, infill.percent) && infill.percent >= 0 && infill.percent <= 100;
   }
@@ -180,8 +195,8 @@ public:
   MeshFile read() {
     result_.format = "3MF";
     root_ = root_model();
-    read_prusa_marks("Metadata/Slic3r_PE_model.config");
-    read_bambu_marks("Metadata/model_settings.config");
+    read_prusa_marks(kPrusaConfig);
+    read_bambu_marks(kBambuConfig);
     const ModelPart& root = part(root_);
     result_.mm_per_unit = root.mm_per_unit;
     for (const Reference& item : root.items) append_item(item);
@@ -236,7 +251,7 @@ private:
         } else {
           marks_.volumes[id].special.push_back({triangle_id(volume, "firstid", id),
                                                 triangle_id(volume, "lastid", id),
-                                                {std::string(kind), infill_told(volume, "fill_density", "fill_pattern")}});
+                                                {std::string(kind), infill_told(volume, kPrusaKeys)}});
         }
       }
     }
@@ -259,8 +274,7 @@ private:
       for (const auto& component : object.children())
         if (local_name(component.name()) == "part")
           marks_.marks[{std::string(attribute(object, "id")), std::string(attribute(component, "id"))}] = {
-              std::string(attribute(component, "subtype")),
-              infill_told(component, "sparse_infill_density", "sparse_infill_pattern")};
+              std::string(attribute(component, "subtype")), infill_told(component, kBambuKeys)};
   }
 
   /// A model part, read on first use.
@@ -596,53 +610,76 @@ std::string relationships_xml() {
 )");
 }
 
-/// A mesh as an object.
-void append_object(std::string& xml, int id, const Mesh& mesh) {
+/// A mesh of the object that is written, and how it is filled if it is a modifier.
+struct Volume {
+  const Mesh* mesh;
+  const SparseInfill* infill = nullptr;
+};
+
+/// Volumes as the one mesh of an object.
+void append_object(std::string& xml, std::size_t id, std::span<const Volume> volumes) {
   xml += concat("  <object id=\"", id, "\" type=\"model\">\n   <mesh>\n    <vertices>\n");
-  for (const auto& p : mesh.vertices) {
-    append_number(xml += "     <vertex x=\"", p.x());
-    append_number(xml += "\" y=\"", p.y());
-    append_number(xml += "\" z=\"", p.z());
-    xml += "\"/>\n";
-  }
+  for (const Volume& volume : volumes)
+    for (const auto& p : volume.mesh->vertices) {
+      append_number(xml += "     <vertex x=\"", p.x());
+      append_number(xml += "\" y=\"", p.y());
+      append_number(xml += "\" z=\"", p.z());
+      xml += "\"/>\n";
+    }
   xml += "    </vertices>\n    <triangles>\n";
-  for (const auto& t : mesh.triangles) {
-    append_number(xml += "     <triangle v1=\"", static_cast<long long>(t[0]));
-    append_number(xml += "\" v2=\"", static_cast<long long>(t[1]));
-    append_number(xml += "\" v3=\"", static_cast<long long>(t[2]));
-    xml += "\"/>\n";
+  long long before = 0;
+  for (const Volume& volume : volumes) {
+    for (const auto& t : volume.mesh->triangles) {
+      append_number(xml += "     <triangle v1=\"", before + t[0]);
+      append_number(xml += "\" v2=\"", before + t[1]);
+      append_number(xml += "\" v3=\"", before + t[2]);
+      xml += "\"/>\n";
+    }
+    before += static_cast<long long>(volume.mesh->vertices.size());
   }
   xml += "    </triangles>\n   </mesh>\n  </object>\n";
 }
 
-/// The meshes as objects 1, 2 ...; of several, one more gathers them. The last one is built.
-std::string model_xml(const std::vector<Mesh>& meshes) {
+/// @param gathered  each volume is an object, and one more has them as components; else one object has them all
+std::string model_xml(std::span<const Volume> volumes, bool gathered) {
   std::string xml = R"(<?xml version="1.0" encoding="UTF-8"?>
 <model unit="millimeter" xml:lang="en-US" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02" xmlns:slic3rpe="http://schemas.slic3r.org/3mf/2017/06">
  <metadata name="slic3rpe:Version3mf">1</metadata>
  <metadata name="Application">rayrep</metadata>
  <resources>
 )";
-  int id = 0;
-  for (const Mesh& mesh : meshes) append_object(xml, ++id, mesh);
-  if (meshes.size() > 1) {
-    xml += concat("  <object id=\"", meshes.size() + 1, "\" type=\"model\">\n   <components>\n");
-    for (int n = 1; n <= id; ++n) xml += concat("    <component objectid=\"", n, "\"/>\n");
-    xml += "   </components>\n  </object>\n";
-    ++id;
+  std::size_t id = 1;
+  if (gathered) {
+    std::string components;
+    for (const Volume& volume : volumes) {
+      components += concat("    <component objectid=\"", id, "\"/>\n");
+      append_object(xml, id++, {&volume, 1});
+    }
+    xml += concat("  <object id=\"", id, "\" type=\"model\">\n   <components>\n", components, "   </components>\n  </object>\n");
+  } else {
+    append_object(xml, id, volumes);
   }
   return xml += concat(" </resources>\n <build>\n  <item objectid=\"", id, "\"/>\n </build>\n</model>\n");
 }
 
-std::string percent_text(const SparseInfill& infill) {
-  std::string text;
-  append_number(text, infill.percent);
-  return text + "%";
+/// The settings of a volume, a line each that begins with `start`.
+std::string infill_settings(const std::string& start, const SparseInfill* infill, const InfillKeys& keys) {
+  std::string xml;
+  if (infill == nullptr) return xml;
+  const auto set = [&](const char* key, std::string_view value) {
+    xml += concat(start, "key=\"", key, "\" value=\"", value, "\"/>\n");
+  };
+  std::string percent;
+  append_number(percent, infill->percent);
+  set(keys.density, percent + "%");
+  if (!infill->pattern.empty()) set(keys.pattern, infill->pattern);
+  for (const char* key : keys.none) set(key, "0");
+  return xml;
 }
 
 /// PrusaSlicer's own part: without 100 % infill the user's profile makes a hollow body heavier than a solid one, and automatic
 /// supports fill its cavity unless they must start on the build plate.
-std::string prusa_config_xml(const Delivery& delivery) {
+std::string prusa_config_xml(std::span<const Volume> volumes) {
   std::string xml = R"(<?xml version="1.0" encoding="UTF-8"?>
 <config>
  <object id="1" instances_count="1">
@@ -651,64 +688,42 @@ std::string prusa_config_xml(const Delivery& delivery) {
   <metadata type="object" key="fill_pattern" value="rectilinear"/>
   <metadata type="object" key="support_material_buildplate_only" value="1"/>
 )";
+  const std::string start = "   <metadata type=\"volume\" ";
   std::size_t first = 0;
-  const auto volume = [&](const Mesh& mesh, const char* name, const char* type, const std::string& settings) {
-    xml += concat("  <volume firstid=\"", first, "\" lastid=\"", first + mesh.triangles.size() - 1, R"(">
-   <metadata type="volume" key="name" value=")",
-                  name, R"("/>
-   <metadata type="volume" key="volume_type" value=")",
-                  type, R"("/>
-   <metadata type="volume" key="matrix" value="1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"/>
-)",
-                  settings, "  </volume>\n");
-    first += mesh.triangles.size();
-  };
-  const auto setting = [](const char* key, const std::string& value) {
-    return concat("   <metadata type=\"volume\" key=\"", key, "\" value=\"", value, "\"/>\n");
-  };
-  volume(delivery.body(), "body", "ModelPart", "");
-  for (const Part& part : delivery.parts) {
-    if (!part.infill) continue;
-    volume(part.mesh, "sparse", "ParameterModifier",
-           setting("modifier", "1") + setting("fill_density", percent_text(*part.infill)) +
-               (part.infill->pattern.empty() ? "" : setting("fill_pattern", part.infill->pattern)) +
-               setting("top_solid_layers", "0") + setting("bottom_solid_layers", "0") + setting("solid_infill_below_area", "0"));
+  for (const Volume& volume : volumes) {
+    const std::size_t next = first + volume.mesh->triangles.size();
+    const bool sparse = volume.infill != nullptr;
+    xml += concat("  <volume firstid=\"", first, "\" lastid=\"", next - 1, "\">\n",                             //
+                  start, "key=\"name\" value=\"", sparse ? "sparse" : "body", "\"/>\n",                         //
+                  start, "key=\"volume_type\" value=\"", sparse ? "ParameterModifier" : "ModelPart", "\"/>\n",  //
+                  start, "key=\"matrix\" value=\"1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\"/>\n",                        //
+                  sparse ? start + "key=\"modifier\" value=\"1\"/>\n" : std::string(),                          //
+                  infill_settings(start, volume.infill, kPrusaKeys), "  </volume>\n");
+    first = next;
   }
   return xml += " </object>\n</config>\n";
 }
 
 /// The same for Bambu Studio and OrcaSlicer.
-std::string bambu_config_xml(const Delivery& delivery) {
-  const bool gathered = delivery.has_infill();
-  std::size_t id = 1;
-  std::string parts;
-  const auto add = [&](const char* name, const char* subtype, const std::string& settings) {
-    parts += concat("  <part id=\"", id++, "\" subtype=\"", subtype, R"(">
-   <metadata key="name" value=")",
-                    name, R"("/>
-   <metadata key="matrix" value="1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"/>
-)",
-                    settings, "  </part>\n");
-  };
-  const auto setting = [](const char* key, const std::string& value) {
-    return concat("   <metadata key=\"", key, "\" value=\"", value, "\"/>\n");
-  };
-  add("body", "normal_part", "");
-  for (const Part& part : delivery.parts)
-    if (part.infill)
-      add("sparse", "modifier_part",
-          setting("sparse_infill_density", percent_text(*part.infill)) +
-              (part.infill->pattern.empty() ? "" : setting("sparse_infill_pattern", part.infill->pattern)) +
-              setting("top_shell_layers", "0") + setting("bottom_shell_layers", "0") + setting("minimum_sparse_infill_area", "0"));
-  return concat(R"(<?xml version="1.0" encoding="UTF-8"?>
+std::string bambu_config_xml(std::span<const Volume> volumes, bool gathered) {
+  std::string xml = concat(R"(<?xml version="1.0" encoding="UTF-8"?>
 <config>
  <object id=")",
-                gathered ? id : 1, R"(">
+                           gathered ? volumes.size() + 1 : 1, R"(">
   <metadata key="name" value="body"/>
   <metadata key="sparse_infill_density" value="100%"/>
   <metadata key="support_on_build_plate_only" value="1"/>
-)",
-                parts, " </object>\n</config>\n");
+)");
+  const std::string start = "   <metadata ";
+  std::size_t id = 0;
+  for (const Volume& volume : volumes) {
+    const bool sparse = volume.infill != nullptr;
+    xml += concat("  <part id=\"", ++id, "\" subtype=\"", sparse ? "modifier_part" : "normal_part", "\">\n",  //
+                  start, "key=\"name\" value=\"", sparse ? "sparse" : "body", "\"/>\n",                       //
+                  start, "key=\"matrix\" value=\"1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\"/>\n",                      //
+                  infill_settings(start, volume.infill, kBambuKeys), "  </part>\n");
+  }
+  return xml += " </object>\n</config>\n";
 }
 
 }  // namespace
@@ -718,30 +733,24 @@ bool is_3mf(std::string_view bytes) { return bytes.starts_with("PK\x03\x04"); }
 MeshFile read_3mf(const FileBytes& file, const ReadOptions& options) { return ModelReader(file, options).read(); }
 
 std::string encode_3mf(const Mesh& mesh) {
-  Delivery delivery;
-  delivery.parts.push_back({.mesh = mesh});
+  const Volume body{&mesh};
   return pack({{"[Content_Types].xml", kContentTypes},
                {"_rels/.rels", relationships_xml()},
-               {kDefaultModel, model_xml({mesh})},
-               {"Metadata/Slic3r_PE_model.config", prusa_config_xml(delivery)},
-               {"Metadata/model_settings.config", bambu_config_xml(delivery)}});
+               {kDefaultModel, model_xml({&body, 1}, false)},
+               {kPrusaConfig, prusa_config_xml({&body, 1})},
+               {kBambuConfig, bambu_config_xml({&body, 1}, false)}});
 }
 
 std::string encode_3mf(const Delivery& delivery, ThreeMfFlavor flavor) {
+  const Mesh body = delivery.body();
+  std::vector<Volume> volumes = {{&body}};
+  for (const Part& part : delivery.parts)
+    if (part.infill) volumes.push_back({&part.mesh, &*part.infill});
   const bool bambu = flavor == ThreeMfFlavor::bambu;
-  std::vector<Mesh> meshes = {delivery.body()};
-  for (const Part& part : delivery.parts) {
-    if (!part.infill) continue;
-    if (bambu)
-      meshes.push_back(part.mesh);
-    else
-      append(meshes.front(), part.mesh);
-  }
-  const char* const name = bambu ? "Metadata/model_settings.config" : "Metadata/Slic3r_PE_model.config";
   return pack({{"[Content_Types].xml", kContentTypes},
                {"_rels/.rels", relationships_xml()},
-               {kDefaultModel, model_xml(meshes)},
-               {name, bambu ? bambu_config_xml(delivery) : prusa_config_xml(delivery)}});
+               {kDefaultModel, model_xml(volumes, bambu)},
+               {bambu ? kBambuConfig : kPrusaConfig, bambu ? bambu_config_xml(volumes, true) : prusa_config_xml(volumes)}});
 }
 
 }  // namespace rayrep::detail

@@ -11,6 +11,12 @@ Mesh Delivery::mesh_of(Part::Role role) const {
   return mesh;
 }
 
+std::size_t Delivery::triangles() const {
+  std::size_t sum = 0;
+  for (const Part& part : parts) sum += part.mesh.triangles.size();
+  return sum;
+}
+
 bool Delivery::has_infill() const {
   return std::any_of(parts.begin(), parts.end(), [](const Part& part) { return part.infill.has_value(); });
 }

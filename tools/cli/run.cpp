@@ -295,7 +295,7 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   HollowResult& hollow = *report.hollow;
   progress.begin("write");
   PendingFile pending(options.output);
-  report.delivered_triangles = hollow.delivery.solid().triangles.size();
+  report.delivered_triangles = hollow.delivery.triangles();
   pending.write(hollow.delivery, options.flavor);
   hollow.delivery = {};
   progress.begin("verify");

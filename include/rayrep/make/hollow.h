@@ -48,8 +48,10 @@ Settings settings(HollowOptions& options, const Spec& spec);
 
 /// A hollowed body and how it came about.
 struct HollowResult {
-  Delivery delivery;  ///< the untouched outer surface, then the cavity shells; in the frame of the mesh that was given
-  Spec spec;          ///< what a judge is to hold it to: waterline, axis, contact point, target filled in as they were found
+  /// The untouched outer surface, then the cavity shells, or the sparse regions as modifiers; in the frame of the mesh that was
+  /// given.
+  Delivery delivery;
+  Spec spec;  ///< what a judge is to hold it to: waterline, axis, contact point, target filled in as they were found
   std::size_t cavities = 0;
   std::size_t filled_cavities = 0;  ///< too small to print
   double filled_mm3 = 0;

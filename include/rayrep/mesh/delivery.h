@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -36,6 +37,7 @@ struct Delivery {
   /// All parts of that role in one mesh.
   Mesh mesh_of(Part::Role role) const;
   Mesh body() const { return mesh_of(Part::Role::body); }
+  std::size_t triangles() const;  ///< of all parts
   /// Parts of the body are filled sparsely.
   bool has_infill() const;
   /// What is solid: the body without what is filled sparsely, whose surface is turned inward.
