@@ -424,17 +424,19 @@ Verdict judge_both(const PrintedMesh& delivered, const Mesh* original, const Spe
   return both;
 }
 
-/// What is assumed of the sparse regions.
+/// What is assumed of the sparse regions, and what to do about it. What prints have weighed: docs/theory.md (47).
 std::string assumed(const SparseInfill& infill) {
   const std::vector<std::string> measured = infill_patterns();
-  const bool guessed = std::find(measured.begin(), measured.end(), infill.pattern) == measured.end();
   const std::string pattern = infill.pattern.empty() ? "the pattern" : infill.pattern;
+  std::string caveat;
+  if (!is_uniform_infill(infill.pattern))
+    caveat = "; but " + pattern + " lays down other shares at other places";
+  else if (std::find(measured.begin(), measured.end(), infill.pattern) == measured.end())
+    caveat = " (" + pattern + " was not measured)";
   return "Assumed: printed solid but for the sparse regions, whose " + (infill.pattern.empty() ? "" : infill.pattern + " ") +
-         "infill of " + number(infill.percent, 1) + " % takes " + number(100 * infill.share, 2) + " % of their room" +
-         (!is_uniform_infill(infill.pattern) ? "; but " + pattern + " lays down other shares at other places"
-          : guessed                          ? " (" + pattern + " was not measured)"
-                                             : "") +
-         ". Slice it, and let 'rayrep verify NAME.gcode' judge what is printed.";
+         "infill of " + number(infill.percent, 1) + " % takes " + number(100 * infill.share, 2) + " % of their room" + caveat +
+         ". Prints have weighed 1 to 4 % more than that, which can make a body lean: make it with --slicer, or slice it and let "
+         "'rayrep verify NAME.gcode --goal GOAL --original MESH' judge what is printed.";
 }
 
 }  // namespace

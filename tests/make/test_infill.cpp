@@ -142,6 +142,7 @@ TEST(Infill, WhatIsGuessedOfAPatternIsSaid) {
     return verify(delivered, &body, StandSpec{}).notes.back();
   };
   EXPECT_EQ(note("gyroid").find("measured"), std::string::npos);
+  EXPECT_TRUE(mentions(note("gyroid"), {"--goal GOAL --original MESH", "--slicer"}));
   EXPECT_TRUE(mentions(note("hilbertcurve"), {"hilbertcurve was not measured"}));
   EXPECT_TRUE(mentions(note(""), {"the pattern was not measured"}));
   EXPECT_TRUE(mentions(note("lightning"), {"other shares at other places"}));
