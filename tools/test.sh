@@ -1,7 +1,7 @@
 #!/bin/sh
-# Sets everything up, builds everything and runs all tests; ends with ctest's summary.
+# Sets everything up, builds everything and runs all tests, then builds with sanitizers and runs them again; ends with ctest's summary.
 #
-#   tools/test.sh                          the preset dev: optimised, assertions on, warnings are errors
+#   tools/test.sh                          the presets dev (optimised, assertions on, warnings are errors) and asan
 #   tools/test.sh PRESET [CTEST OPTIONS]   one test preset, e.g. tools/test.sh asan -R Moments
 set -eu
 cd "$(dirname "$0")/.."
@@ -19,4 +19,5 @@ if [ $# -gt 0 ]; then
   run "$@"
 else
   run dev
+  run asan
 fi
