@@ -512,24 +512,42 @@ private:
     out_.line("## As printed");
     out_.line("");
     out_.line(
-        "With `--slicer prusa-slicer` and `benchmarks/everyday.ini` (PrusaSlicer 2.5; 0.2 mm layers, 2 perimeters). Error of a "
-        "print: the "
-        "larger of its mass,");
+        "PrusaSlicer 2.5 with `benchmarks/everyday.ini` (0.2 mm layers, 2 perimeters, gyroid); inside a cavity, or infill in its "
+        "place. Promised is the");
     out_.line(
-        "relative, and its offset (or products of inertia) over the diagonal; open loop is the first slice, of the mesh that meets "
-        "the "
-        "goal itself. Tilt: where it floats");
-    out_.line("at rest; between the spin axis and the nearest principal axis; the smallest tipping angle.");
-    out_.header({"shape", "goal", "slices", "laid down over the mesh", "error, open loop", "error, delivered", "tilt", "seconds",
-                 "verdict"});
+        "mesh that meets the goal, open loop what is laid down for it, closed loop the print that `--slicer prusa-slicer` "
+        "delivers. "
+        "Offset: of the centre");
+    out_.line(
+        "of mass from where it shall be, over the diagonal. Lean: where it floats at rest; of the nearest principal axis from the "
+        "spin axis. *Does*: waterline,");
+    out_.line("mm; lowest speed at which it spins stably, rpm; smallest tipping angle, degrees.");
+    const auto cells = [](const Record& r, const std::string& when) {
+      const double g = r.extra(when + " mass_g");
+      const double promised = r.extra("promised mass_g");
+      const double lean = r.extra(when + " lean_rad") * 180 / std::numbers::pi;
+      return std::vector<std::string>{
+          significant(g, 5) + (when == "promised" ? "" : " (" + significant(100 * (g / promised - 1), 2) + " %)"),
+          significant(r.extra(when + " offset"), 2), std::isfinite(lean) ? significant(lean, 2) : "-",
+          significant(r.extra(when + " does"), 4)};
+    };
+    out_.header({"shape", "goal", "inside", "promised: g", "does", "open loop: g", "offset", "lean, deg", "does", "closed loop: g",
+                 "offset", "lean, deg", "does", "slices", "seconds", "verdict"});
     for (const Record* r : records) {
-      double angle = kUnknown;
-      for (const char* name : {"settled_tilt_rad", "axis_angle_rad", "smallest_tipping_angle_rad"})
-        if (std::isfinite(r->extra(name))) angle = r->extra(name);
-      out_.row({r->mesh, r->goal, significant(r->extra("slices"), 1), significant(100 * r->extra("excess"), 3) + " %",
-                significant(r->extra("open"), 2), significant(r->extra("closed"), 2),
-                significant(angle * 180 / std::numbers::pi, 3) + " deg", significant(r->seconds.median, 3),
-                r->converged() ? "verified" : r->status + ": " + r->note});
+      std::vector<std::string> row = {r->mesh, r->goal, r->solver};
+      if (r->status == "refused" || r->status == "skipped") {
+        row.resize(15, "-");
+        row.push_back(r->status + ": " + r->note);
+      } else {
+        const std::vector<std::string> promised = cells(*r, "promised");
+        row.insert(row.end(), {promised[0], promised[3]});
+        for (const char* when : {"open", "closed"})
+          for (const std::string& cell : cells(*r, when)) row.push_back(cell);
+        row.insert(row.end(), {significant(r->extra("slices"), 1), significant(r->seconds.median, 3),
+                               (r->converged() ? "verified" : "fails " + r->status) +
+                                   (r->extra("gave way") > 0 ? ", the waterline moved" : "")});
+      }
+      out_.row(row);
     }
   }
 

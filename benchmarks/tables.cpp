@@ -6,12 +6,16 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
+#include <optional>
 #include <set>
 #include <stdexcept>
 
 #include "problem.h"
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
+#include "rayrep/judge/verify.h"
+#include "rayrep/print/slicer.h"
 #include "rayrep/rays/ray_interior.h"
 #include "rayrep/rays/voxel_interior.h"
 #include "rayrep/solve/certify.h"
@@ -474,38 +478,112 @@ Mesh box_mesh(const Eigen::Vector3d& sizes) {
   return mesh;
 }
 
-/// What PrusaSlicer lays down for what is made: open loop (the first slice) and as it is delivered.
+/// What of a verdict is told of a print: its mass, how far its centre of mass is off over the diagonal, by how much it leans, and
+/// what it is for (waterline, lowest stable speed, tipping angle).
+void add_verdict(const std::string& when, const Verdict& verdict, Record& r) {
+  r.more[when + " mass_g"] = verdict.body.mass_g;
+  for (const Criterion& c : verdict.criteria)
+    if (c.name == "offset") r.more[when + " offset"] = c.value;
+  for (const Figure& f : verdict.figures) {
+    if (const double* value = std::get_if<double>(&f.value)) {
+      if (f.name == "settled_tilt_rad" || f.name == "axis_angle_rad") r.more[when + " lean_rad"] = *value;
+      if (f.name == "smallest_tipping_angle_rad") r.more[when + " does"] = *value * 180 / std::numbers::pi;
+    }
+    const auto* speeds = std::get_if<std::vector<rayrep::Record>>(&f.value);
+    if (f.name == "stable_sliding" && speeds && !speeds->empty())
+      for (const auto& [name, value] : speeds->back())
+        if (name == "from_rpm" && std::holds_alternative<double>(value)) r.more[when + " does"] = std::get<double>(value);
+  }
+  for (const Figure& f : verdict.wanted)
+    if (f.name == "waterline_mm") r.more[when + " does"] = std::get<double>(f.value);
+}
+
+/// What the infill of the profile is, with another percentage; none: a cavity.
+Infill infill_of(const SlicerProfile& profile, double percent) {
+  Infill infill;
+  infill.percent = percent;
+  infill.pattern = profile.fill_pattern.value_or(infill.pattern);
+  infill.perimeters = profile.perimeters.value_or(infill.perimeters);
+  infill.extrusion_width_mm = profile.extrusion_width_mm.value_or(infill.extrusion_width_mm);
+  infill.top_layers = profile.top_layers.value_or(infill.top_layers);
+  infill.bottom_layers = profile.bottom_layers.value_or(infill.bottom_layers);
+  infill.layer_height_mm = profile.layer_height_mm.value_or(infill.layer_height_mm);
+  return infill;
+}
+
+struct Printing {
+  const Mesh& solid;
+  Spec spec;
+  HollowOptions how;
+  SlicerOptions slicer;
+  std::filesystem::path gcode;
+};
+
+/// Of the mesh that meets its goal, of what PrusaSlicer lays down for it (open loop), and of the print that is delivered.
+void measure_print(Printing printing, Record& r) {
+  std::vector<Moments> prints;
+  std::optional<Delivery> first;
+  printing.how.as_printed = [&](const Delivery& delivery) {
+    if (!first) first = delivery;
+    prints.push_back(slice(delivery, ".3mf", printing.gcode, printing.slicer).placed.s);
+    return prints.back();
+  };
+  const double begin = now_s();
+  const HollowResult result = hollow(printing.solid, printing.spec, printing.how);
+  r.seconds = spread({now_s() - begin});
+  r.more["slices"] = static_cast<double>(prints.size());
+  r.more["gave way"] = result.gave_way ? 1 : 0;
+  r.more["laid down"] = result.slices.front().excess;
+  add_verdict("promised", verify(*first, &printing.solid, result.spec), r);
+  add_verdict("open", verify_print(printing.solid, prints.front(), result.spec), r);
+  const Verdict closed = verify_print(printing.solid, prints[result.best_slice], result.spec);
+  add_verdict("closed", closed, r);
+  r.status = "converged";
+  for (const Criterion& c : closed.criteria)
+    if (!c.pass()) r.status = c.name;
+}
+
+/// Examples and a box, hollow and with infill, sliced.
 std::vector<Record> sliced(const TableOptions& options) {
   Collector collector("sliced", options);
-  const int n = options.quick ? 40 : 200;
-  const auto box = std::filesystem::temp_directory_path() / ("rayrep_bench_box_" + std::to_string(getpid()) + ".stl");
-  write_mesh(box, box_mesh({60, 40, 30}));
+  const auto temporary = std::filesystem::temp_directory_path() / ("rayrep_bench_" + std::to_string(getpid()) + ".gcode");
+  const SlicerOptions slicer{.program = "prusa-slicer", .profile = RAYREP_PROFILE};
+  const SlicerProfile profile = read_slicer_profile(slicer.profile);
   TableOptions of_examples = options;
   of_examples.meshes.clear();
   std::vector<Task> tasks = quality_tasks(of_examples);
-  tasks.push_back({{box}, "float"});
-  for (const Task& task : tasks) {
-    std::vector<std::string> arguments = arguments_of(task, n, options);
-    arguments.insert(arguments.end(),
-                     {"--no-advice", "--slicer", "prusa-slicer", "--profile", RAYREP_PROFILE, "--gcode", box.string() + ".gcode"});
-    WholeRun last;
-    Record r = measure_whole(options.tool, arguments, 1, &last);
-    r.mesh = task.shape.path == box ? "a box, 60 x 40 x 30 mm" : task_name(task);
-    r.goal = task.goal;
-    r.resolution = n;
-    if (!last.report.is_null() && last.report.contains("slices")) {
-      const auto& slices = last.report.at("slices");
-      r.more["slices"] = static_cast<double>(slices.size());
-      r.more["excess"] = slices.front().at("excess").get<double>();
-      r.more["open"] = slices.front().at("error").get<double>();
-      r.more["closed"] = slices.at(last.report.at("delivered_slice").get<std::size_t>()).at("error").get<double>();
-      const auto& after = last.report.at("after");
-      for (const char* name : {"settled_tilt_rad", "axis_angle_rad", "smallest_tipping_angle_rad"})
-        if (after.contains(name) && after.at(name).is_number()) r.more[name] = after.at(name).get<double>();
+  std::erase_if(tasks, [](const Task& task) { return task.goal == "yo-yo"; });
+  tasks.push_back({{}, "float"});
+  for (const Task& task : tasks)
+    for (const double percent : options.quick ? std::vector{0., 15.} : std::vector{0., 5., 15., 30.}) {
+      const Mesh solid = task.shape.path.empty() ? box_mesh({60, 40, 30}) : load(task.shape);
+      Spec spec = FloatSpec{};
+      if (task.goal == "spin") spec = top(task.point);
+      if (task.goal == "stand") spec = StandSpec{};
+      Print print;
+      print.infill = infill_of(profile, percent);
+      if (percent > 0) print.wall_mm = print.infill.skin_mm();
+      std::visit([&](auto& s) { s.print = print; }, spec);
+      Record r;
+      r.mesh = task.shape.path.empty() ? "a box, 60 x 40 x 30 mm" : task_name(task);
+      r.goal = task.goal;
+      r.solver = percent > 0 ? significant(percent, 2) + " %" : "void";
+      r.resolution = options.quick ? 40 : 100;
+      try {
+        measure_print({solid, spec, at(r.resolution), slicer, temporary}, r);
+      } catch (const Error& error) {
+        if (error.code() == ErrorCode::usage) {  // there is no slicer
+          r.note = error.what();
+          r.status = "skipped";
+          collector.add(std::move(r));
+          return collector.take();
+        }
+        r.status = "refused";
+        r.note = error.what();
+      }
+      collector.add(std::move(r));
     }
-    collector.add(std::move(r));
-  }
-  for (const char* ending : {"", ".gcode"}) std::filesystem::remove(box.string() + ending);
+  std::filesystem::remove(temporary);
   return collector.take();
 }
 

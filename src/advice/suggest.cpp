@@ -51,6 +51,7 @@ void set(Spec& spec, const std::string& name, const std::string& text) {
     Settings rows = settings(goal, Setting::For::making);
     for (Setting& row : settings(goal.print, Setting::For::making)) rows.push_back(std::move(row));
     for (Setting& row : settings(goal.print.infill, Setting::For::making)) rows.push_back(std::move(row));
+    for (Setting& row : settings(goal.print.core, Setting::For::making)) rows.push_back(std::move(row));
     for (Setting& row : rows)
       if (row.name == name) parse(row, text);
   };
@@ -189,6 +190,7 @@ private:
   void add_contacts(const StandSpec& spec);
   void add_walls();
   void add_infill();
+  void add_cores();
   void add_attitudes();
   void add_sizes();
   void add_materials();
@@ -212,6 +214,7 @@ void Adviser::add_ways() {
   if (const auto* spec = std::get_if<StandSpec>(&asked_)) add_contacts(*spec);
   add_walls();
   add_infill();
+  add_cores();
   add_attitudes();
   add_sizes();
   add_materials();
@@ -312,6 +315,19 @@ void Adviser::add_infill() {
   ways_.push_back(std::move(way));
 }
 
+/// A heavy core, or a heavier one. To float it takes a heavy body.
+void Adviser::add_cores() {
+  const Print& print = print_of(asked_);
+  if (print.infill.wanted()) return;
+  const double asked = print.core.wanted() ? print.core.density_g_cm3 : print.density_g_cm3;
+  Way way{"heavy cores", {}, {}};
+  for (const char* name : {"steel-shot", "tin", "bismuth-tin", "lead"})
+    if (const CoreMaterial& m = core_material(name); m.density_g_cm3 > asked)
+      way.ladder.push_back(
+          {std::string("a core of ") + name + " (" + number(m.density_g_cm3, 2) + " g/cm3)", {{"core-material", name}}});
+  if (!way.ladder.empty()) ways_.push_back(std::move(way));
+}
+
 /// Each of the other five attitudes by itself: none of them is more than another.
 void Adviser::add_attitudes() {
   if (std::holds_alternative<TargetSpec>(asked_)) return;
@@ -335,7 +351,7 @@ bool says_places(const Spec& asked) {
 }
 
 void Adviser::add_sizes() {
-  if (says_places(asked_)) return;
+  if (says_places(asked_) || !options_.fixed.empty()) return;
   Way way{"sizes up to 2.5 times this one", {}, {}};
   for (const double factor : {1.25, 1.5, 2., 2.5}) {
     const std::string text = number(size_mm_ * factor, size_mm_ < 10 ? 2 : 0);

@@ -208,7 +208,8 @@ std::string detail::encode_mesh(const fs::path& path, const Mesh& mesh) { return
 std::string detail::encode_delivery(const fs::path& path, const Delivery& delivery, ThreeMfFlavor flavor) {
   const Mesh solid = delivery.solid();
   const Format& format = format_for(path, solid);
-  if (!delivery.has_infill()) return format.encode(solid);
+  const bool says_more = delivery.has_infill() || !delivery.pauses_mm.empty();
+  if (!says_more || (!delivery.has_infill() && !can_write_infill(path))) return format.encode(solid);
   if (!can_write_infill(path))
     throw Error(ErrorCode::usage,
                 concat("Cannot write '", path.string(),

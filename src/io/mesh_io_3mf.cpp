@@ -23,6 +23,7 @@ constexpr int kMaxDepth = 64;
 constexpr const char* kModelRelationship = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel";
 constexpr const char* kDefaultModel = "3D/3dmodel.model";
 constexpr const char* kPrusaConfig = "Metadata/Slic3r_PE_model.config";
+constexpr const char* kPrusaPauses = "Metadata/Prusa_Slicer_custom_gcode_per_print_z.xml";
 constexpr const char* kBambuConfig = "Metadata/model_settings.config";
 
 /// The name of an element or attribute without its namespace prefix.
@@ -113,8 +114,9 @@ struct Reference {
 
 struct Object {
   std::string type;
-  std::string not_only_triangles;  ///< what else its shape is made of
-  Mesh mesh;                       ///< in units of the file
+  std::optional<SparseInfill> infill;  ///< of a sparse region, by its name
+  std::string not_only_triangles;      ///< what else its shape is made of
+  Mesh mesh;                           ///< in units of the file
   std::vector<Reference> components;
 };
 
@@ -155,6 +157,21 @@ constexpr InfillKeys kPrusaKeys = {
     "fill_density", "fill_pattern", {"top_solid_layers", "bottom_solid_layers", "solid_infill_below_area"}};
 constexpr InfillKeys kBambuKeys = {
     "sparse_infill_density", "sparse_infill_pattern", {"top_shell_layers", "bottom_shell_layers", "minimum_sparse_infill_area"}};
+
+/// What names of sparse regions begin with, before percentage and pattern.
+constexpr const char* kSparseName = "rayrep sparse infill % ";
+
+/// Of a name that is one of those; else none.
+std::optional<SparseInfill> infill_named(std::string_view name) {
+  if (!name.starts_with(kSparseName)) return std::nullopt;
+  name.remove_prefix(std::string_view(kSparseName).size());
+  const std::size_t space = std::min(name.find(' '), name.size());
+  SparseInfill infill;
+  if (!parse_number(name.substr(0, space), infill.percent) || !(infill.percent >= 0 && infill.percent <= 100)) return std::nullopt;
+  infill.pattern = trimmed(name.substr(space));
+  infill.share = infill.percent / 100;
+  return infill;
+}
 
 /// "15%" and a pattern; none if no density is told.
 std::optional<SparseInfill> infill_told(const pugi::xml_node& volume, const InfillKeys& keys) {
@@ -322,6 +339,7 @@ private:
     const std::string where = named(std::string(attribute(node, "id")));
     budget_.take(sizeof(Object));
     object.type = attribute(node, "type");
+    object.infill = infill_named(attribute(node, "name"));
     if (!attribute(node, "slicestackid").empty()) object.not_only_triangles = "slices";
     for (const auto& content : node.children()) {
       const std::string_view name = local_name(content.name());
@@ -428,6 +446,7 @@ private:
       return;
     }
     if (!object.type.empty() && object.type != "model") mark = {object.type};  // "other" or "surface"
+    if (object.infill) mark = {"ParameterModifier", object.infill};
     const Role role = role_of(mark.kind);
     if (role == Role::none || (role == Role::modifier && !mark.infill)) {
       ++left_out_[mark.kind];
@@ -616,9 +635,10 @@ struct Volume {
   const SparseInfill* infill = nullptr;
 };
 
-/// Volumes as the one mesh of an object.
-void append_object(std::string& xml, std::size_t id, std::span<const Volume> volumes) {
-  xml += concat("  <object id=\"", id, "\" type=\"model\">\n   <mesh>\n    <vertices>\n");
+/// Volumes as the one mesh of an object. @param name  none if empty
+void append_object(std::string& xml, std::size_t id, std::span<const Volume> volumes, const std::string& name) {
+  xml += concat("  <object id=\"", id, "\" type=\"model\"", name.empty() ? "" : concat(" name=\"", name, "\""),
+                ">\n   <mesh>\n    <vertices>\n");
   for (const Volume& volume : volumes)
     for (const auto& p : volume.mesh->vertices) {
       append_number(xml += "     <vertex x=\"", p.x());
@@ -640,8 +660,21 @@ void append_object(std::string& xml, std::size_t id, std::span<const Volume> vol
   xml += "    </triangles>\n   </mesh>\n  </object>\n";
 }
 
-/// @param gathered  each volume is an object, and one more has them as components; else one object has them all
-std::string model_xml(std::span<const Volume> volumes, bool gathered) {
+std::string volume_name(const Volume& volume) {
+  if (volume.infill == nullptr) return "body";
+  std::string name = kSparseName;
+  append_number(name, volume.infill->percent);
+  return name + " " + volume.infill->pattern;
+}
+
+/// How the volumes are told apart.
+enum class Layout {
+  one_object,  ///< by triangles
+  components,  ///< each is an object, and one more has them as components
+  named,       ///< likewise, by their names
+};
+
+std::string model_xml(std::span<const Volume> volumes, Layout layout) {
   std::string xml = R"(<?xml version="1.0" encoding="UTF-8"?>
 <model unit="millimeter" xml:lang="en-US" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02" xmlns:slic3rpe="http://schemas.slic3r.org/3mf/2017/06">
  <metadata name="slic3rpe:Version3mf">1</metadata>
@@ -649,15 +682,15 @@ std::string model_xml(std::span<const Volume> volumes, bool gathered) {
  <resources>
 )";
   std::size_t id = 1;
-  if (gathered) {
+  if (layout != Layout::one_object) {
     std::string components;
     for (const Volume& volume : volumes) {
       components += concat("    <component objectid=\"", id, "\"/>\n");
-      append_object(xml, id++, {&volume, 1});
+      append_object(xml, id++, {&volume, 1}, layout == Layout::named ? volume_name(volume) : "");
     }
     xml += concat("  <object id=\"", id, "\" type=\"model\">\n   <components>\n", components, "   </components>\n  </object>\n");
   } else {
-    append_object(xml, id, volumes);
+    append_object(xml, id, volumes, "");
   }
   return xml += concat(" </resources>\n <build>\n  <item objectid=\"", id, "\"/>\n </build>\n</model>\n");
 }
@@ -726,6 +759,16 @@ std::string bambu_config_xml(std::span<const Volume> volumes, bool gathered) {
   return xml += " </object>\n</config>\n";
 }
 
+/// Where PrusaSlicer pauses the print.
+std::string prusa_pauses_xml(std::span<const double> heights_mm) {
+  std::string xml = "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<custom_gcodes_per_print_z>\n";
+  for (const double z : heights_mm)
+    xml += concat(" <code print_z=\"", z,
+                  "\" type=\"1\" extruder=\"1\" color=\"\" extra=\"Put in what belongs in the pockets\" "
+                  "gcode=\"M601\"/>\n");
+  return xml += " <mode value=\"SingleExtruder\"/>\n</custom_gcodes_per_print_z>\n";
+}
+
 }  // namespace
 
 bool is_3mf(std::string_view bytes) { return bytes.starts_with("PK\x03\x04"); }
@@ -736,7 +779,7 @@ std::string encode_3mf(const Mesh& mesh) {
   const Volume body{&mesh};
   return pack({{"[Content_Types].xml", kContentTypes},
                {"_rels/.rels", relationships_xml()},
-               {kDefaultModel, model_xml({&body, 1}, false)},
+               {kDefaultModel, model_xml({&body, 1}, Layout::one_object)},
                {kPrusaConfig, prusa_config_xml({&body, 1})},
                {kBambuConfig, bambu_config_xml({&body, 1}, false)}});
 }
@@ -746,11 +789,14 @@ std::string encode_3mf(const Delivery& delivery, ThreeMfFlavor flavor) {
   std::vector<Volume> volumes = {{&body}};
   for (const Part& part : delivery.parts)
     if (part.infill) volumes.push_back({&part.mesh, &*part.infill});
-  const bool bambu = flavor == ThreeMfFlavor::bambu;
-  return pack({{"[Content_Types].xml", kContentTypes},
-               {"_rels/.rels", relationships_xml()},
-               {kDefaultModel, model_xml(volumes, bambu)},
-               {bambu ? kBambuConfig : kPrusaConfig, bambu ? bambu_config_xml(volumes, true) : prusa_config_xml(volumes)}});
+  const bool prusa = flavor == ThreeMfFlavor::prusa;
+  const Layout layout = prusa ? Layout::one_object : flavor == ThreeMfFlavor::bambu ? Layout::components : Layout::named;
+  std::vector<ArchivePart> entries = {
+      {"[Content_Types].xml", kContentTypes}, {"_rels/.rels", relationships_xml()}, {kDefaultModel, model_xml(volumes, layout)}};
+  if (prusa) entries.push_back({kPrusaConfig, prusa_config_xml(volumes)});
+  if (layout == Layout::components) entries.push_back({kBambuConfig, bambu_config_xml(volumes, true)});
+  if (prusa && !delivery.pauses_mm.empty()) entries.push_back({kPrusaPauses, prusa_pauses_xml(delivery.pauses_mm)});
+  return pack(entries);
 }
 
 }  // namespace rayrep::detail

@@ -13,6 +13,7 @@
 
 #include "base/text.h"
 #include "judge/figures.h"
+#include "judge/inserts.h"
 #include "judge/verify_detail.h"
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/mesh_check.h"
@@ -398,32 +399,6 @@ Verdict verify_print(const Mesh& original, const Moments& printed, const Spec& s
 
 namespace {
 
-/// @param original  may be null
-Verdict judge_both(const PrintedMesh& delivered, const Mesh* original, const Spec& spec, const Limits& limits,
-                   const Progress& progress) {
-  check_any(spec);
-  Verdict of_mesh;
-  const Surface surface = judge_surface(delivered.mesh, original, progress, of_mesh);
-  const Print& print = print_of(spec);
-  add_surface_criteria(surface, {true, print, limits.wall_ratio}, progress, of_mesh);
-  if (!Surface::closed(of_mesh)) return of_mesh;
-  Verdict verdict = judge_any(in_hull(merged_mesh(surface.outer), delivered.printed, progress), spec, limits, progress);
-  // What was found of the surface, and its criteria first.
-  Verdict both = std::move(of_mesh);
-  both.goal = std::move(verdict.goal);
-  both.headline = std::move(verdict.headline);
-  both.wanted = std::move(verdict.wanted);
-  both.figures = std::move(verdict.figures);
-  both.body = verdict.body;
-  const auto add = [](auto& to, auto& from) {
-    to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
-  };
-  add(both.criteria, verdict.criteria);
-  add(both.meaning, verdict.meaning);
-  add(both.notes, verdict.notes);
-  return both;
-}
-
 /// What is assumed of the sparse regions, and what to do about it. What prints have weighed: docs/theory.md (47).
 std::string assumed(const SparseInfill& infill) {
   const std::vector<std::string> measured = infill_patterns();
@@ -441,16 +416,39 @@ std::string assumed(const SparseInfill& infill) {
 
 }  // namespace
 
-Verdict verify(const PrintedMesh& delivered, const Mesh& original, const Spec& spec, const Limits& limits,
+Verdict verify(const PrintedDelivery& delivered, const Mesh* original, const Spec& spec, const Limits& limits,
                const Progress& progress) {
-  return judge_both(delivered, &original, spec, limits, progress);
+  check_any(spec);
+  const Print& print = print_of(spec);
+  const Mesh solid = delivered.delivery.solid();
+  require_size(solid);
+  Verdict both;
+  const Surface surface = judge_surface(solid, original, progress, both);
+  add_surface_criteria(surface, {original != nullptr, print, limits.wall_ratio}, progress, both);
+  if (!Surface::closed(both)) return both;
+  const Moments s = delivered.printed + insert_moments(delivered.delivery, print.density_g_cm3);
+  const PrintInHull in = in_hull(merged_mesh(surface.outer), s, progress);
+  Verdict verdict = judge_any(in, spec, limits, progress);
+  // What was found of the surface, and its criteria first.
+  both.goal = std::move(verdict.goal);
+  both.headline = std::move(verdict.headline);
+  both.wanted = std::move(verdict.wanted);
+  both.figures = std::move(verdict.figures);
+  both.body = verdict.body;
+  const auto add = [](auto& to, auto& from) {
+    to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
+  };
+  add(both.criteria, verdict.criteria);
+  add(both.meaning, verdict.meaning);
+  add(both.notes, verdict.notes);
+  if (delivered.delivery.has_inserts()) judge_inserts(delivered.delivery, surface.mesh, in.hull, progress, both);
+  return both;
 }
 
 Verdict verify(const Delivery& delivered, const Mesh* original, const Spec& spec, const Limits& limits, const Progress& progress) {
-  const Mesh solid = delivered.solid();
-  if (!delivered.has_infill()) return verify(solid, original, spec, limits, progress);
-  require_size(solid);
-  Verdict verdict = judge_both({solid, moments_of(delivered, progress)}, original, spec, limits, progress);
+  if (!delivered.has_infill() && !delivered.has_inserts()) return verify(delivered.solid(), original, spec, limits, progress);
+  require_size(delivered.solid());
+  Verdict verdict = verify(PrintedDelivery{delivered, moments_of(delivered, progress)}, original, spec, limits, progress);
   for (const Part& part : delivered.parts)
     if (part.infill) {
       const std::string note = assumed(*part.infill);

@@ -59,6 +59,7 @@ void keep(Made made, InteriorSolver::Solved& solved, HollowResult& result) {
   result.removed_islands = made.removed_islands;
   result.solve = std::move(solved.report);
   result.q = solved.q;
+  result.price = solved.price;
 }
 
 }  // namespace
@@ -90,13 +91,13 @@ Moments solve_as_built(const AsBuilt& problem, InteriorSolver solver, Maker& mak
 
     progress.begin("mesh");
     const bool had_adapted = maker.adapted();
-    maker.make(solved.q);
+    maker.make({solved.q, solved.price});
     double e = problem.error(maker.moments());
     // A mesh that follows cannot tear, close or show what the quadric does away from it: where it folds it is made anew, and where
     // the error stays, if there is a pass left to make up for the change.
     const bool useless = had_adapted && e > 0.9 * last_error && pass < problem.max_passes;
     if (maker.adapted() && (useless || maker.spoilt())) {
-      maker.make_anew(solved.q);
+      maker.make_anew({solved.q, solved.price});
       e = problem.error(maker.moments());
     }
     if (!maker.adapted()) feedback.forget();

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "rayrep/physics/core.h"
+
 namespace rayrep::detail {
 namespace {
 
@@ -20,12 +22,12 @@ public:
     measure();
   }
 
-  void make(const Moments& q) override {
-    inner_.make(q);
+  void make(const Switching& switching) override {
+    inner_.make(switching);
     measure();
   }
-  void make_anew(const Moments& q) override {
-    inner_.make_anew(q);
+  void make_anew(const Switching& switching) override {
+    inner_.make_anew(switching);
     measure();
   }
   bool refine() override { return inner_.refine(); }
@@ -64,7 +66,8 @@ Moments solve_as_printed(AsPrinted problem, const InteriorSolver& solver, Maker&
     HollowResult now = result;
     built.start = solve_as_built(built, solver, printed, now, progress);
     progress.begin("slice");
-    const Moments s = moment_map(result.to_working) * problem.options.as_printed(now.delivery);
+    const Moments put_in = insert_moments(now.delivery, now.delivery.parts.front().density_g_cm3);
+    const Moments s = moment_map(result.to_working) * (problem.options.as_printed(now.delivery) + put_in);
     double error = built.error(s);
     const bool stays = error > kMisses && error > kHardlyLess * last;
     if (problem.give_way && stays) {

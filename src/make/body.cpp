@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "base/text.h"
+#include "make/fixed.h"
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/mesh_check.h"
 #include "rayrep/physics/hydrostatics.h"
@@ -39,19 +40,40 @@ double volume_mm3(const BlockField& field) {
   return cells * cell;
 }
 
+Mesh with_posts(const Mesh& working, const Eigen::Affine3d& to_working, const Discretisation& options) {
+  std::vector<Mesh> rooms;
+  for (const Mesh& room : options.rooms) rooms.push_back(transformed(room, to_working));
+  Mesh mesh = working;
+  append(mesh, posts_below(rooms, working, options.wall_mm));
+  return mesh;
+}
+
 }  // namespace
 
 Discretisation discretisation(const Print& print, const HollowOptions& options) {
   // Slicers do not see less: the lines of infill are as far apart.
   constexpr double kSmallestSparse_mm3 = 100;
   const bool sparse = print.infill.wanted();
-  return {print.wall_mm, options.resolution,
-          sparse ? std::max(kSmallestSparse_mm3, options.min_cavity_mm3) : options.min_cavity_mm3, print.infill.share()};
+  Discretisation result;
+  result.wall_mm = print.wall_mm;
+  result.resolution = options.resolution;
+  result.min_cavity_mm3 = sparse ? std::max(kSmallestSparse_mm3, options.min_cavity_mm3) : options.min_cavity_mm3;
+  result.phases = phases_of(print);
+  result.rooms = rooms_of(options.fixed);
+  result.fixed = fixed_moments(options.fixed, print.density_g_cm3);
+  return result;
 }
 
 void check(const HollowOptions& options, const Spec& spec) {
   HollowOptions copy = options;
   rayrep::check(settings(copy, spec));
+  if (print_of(spec).core.volume_cm3) {
+    if (options.solver != Solver::quadric)
+      throw Error(ErrorCode::usage,
+                  "Only --solver quadric knows a limit on the core: leave --core-volume out, or the other solver.");
+    if (const SpinSpec* spin = std::get_if<SpinSpec>(&spec); spin && spin->certify)
+      throw Error(ErrorCode::usage, "--certify does not know a limit on the core: leave it or --core-volume out.");
+  }
   if (options.max_passes < 1) throw Error(ErrorCode::usage, "At least one pass is needed.");
 }
 
@@ -60,11 +82,12 @@ Body::Body(Mesh mesh, const Eigen::Affine3d& frame, const Discretisation& option
       to_working(frame),
       working(transformed(outer, to_working)),
       hull(outer_hull(working)),
-      surface(working),
-      weight_(1 - options.share) {
+      surface(with_posts(working, to_working, options)),
+      phases_(options.phases) {
   const bool has_sealed_cavities = hull.triangles.size() < working.triangles.size();
   hull = boundary_of_union(hull, progress);
   solid = mesh_moments(has_sealed_cavities ? boundary_of_union(working, progress) : hull);
+  solid += moment_map(to_working) * options.fixed;
   const Eigen::AlignedBox3d box = bounding_box(working);
   size_mm = box.sizes().maxCoeff();
   diagonal_mm = box.diagonal().norm();
@@ -78,18 +101,28 @@ Body::Body(Mesh mesh, const Eigen::Affine3d& frame, const Discretisation& option
   inner = domain(inside, progress);
   if (inner.rays.intervals.empty()) throw Error(ErrorCode::goal, nothing_inside(options, progress));
   integrals.emplace(inner.rays);
-  shell = solid - integrals->full();
+  shell = lightest(*integrals);
 }
 
 InnerDomain Body::domain(const InnerDomainOptions& options, const Progress& progress) const {
   InnerDomain found = inner_domain(surface, options, progress);
-  found.rays.grid.weight = weight_;
+  RayGrid& grid = found.rays.grid;
+  grid.weight = phases_.heavy - phases_.light;
+  grid.most_mm3 = phases_.most_mm3;
+  grid.substitute = (1 - phases_.light) / grid.weight;
   return found;
 }
+
+Moments Body::lightest(const RayIntegrals& rays) const { return solid - rays.grid().substitute * rays.full(); }
 
 double Body::missed() const {
   const double whole = volume_mm3(inner.field);
   return whole > 0 ? std::abs(inner.rays.volume_mm3() + inner.dropped_mm3 - whole) / whole : 0;
+}
+
+std::string scarce_words(const RayGrid& grid) {
+  if (!std::isfinite(grid.most_mm3)) return {};
+  return " There are no more than " + shown(grid.most_mm3 / 1000) + " cm3 of heavy material to do it with.";
 }
 
 std::unique_ptr<Body> resolved_body(Mesh mesh, const Eigen::Affine3d& frame, Discretisation options, const Progress& progress) {

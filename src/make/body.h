@@ -16,7 +16,9 @@ struct Discretisation {
   double wall_mm = 1.2;
   int resolution = 200;
   double min_cavity_mm3 = 4.0;
-  double share = 0;  ///< of a cavity that infill takes
+  Phases phases;
+  std::vector<Mesh> rooms;          ///< of what is fixed in the body, in the frame given
+  Moments fixed = Moments::Zero();  ///< of what is fixed in the body, unit density of the print, in the frame given
 };
 Discretisation discretisation(const Print& print, const HollowOptions& options);
 
@@ -25,24 +27,27 @@ void check(const HollowOptions& options, const Spec& spec);
 
 /// What every goal needs: the body in the working frame and its inner domain.
 struct Body {
-  Mesh outer;  ///< as stored, in the frame given
+  Mesh outer;  ///< as stored, in the frame given, with rooms for what is fixed in it
   Eigen::Affine3d to_working;
   Mesh working;   ///< outer in the working frame
   Mesh hull;      ///< what a fluid touches: sealed cavities left out, overlaps united; working frame
-  Moments solid;  ///< of the union of its components, unit density, working frame
+  Moments solid;  ///< of the union of its components with what is fixed in it, unit density, working frame
   double size_mm = 0;
   double diagonal_mm = 0;
   double height_mm = 0;
-  SurfaceQuery surface;
+  SurfaceQuery surface;  ///< of `working`, with rods where posts are to stand under rooms
   InnerDomain inner;
   std::optional<RayIntegrals> integrals;  ///< over the inner domain
-  Moments shell;                          ///< of the lightest there is: the inner domain all cavity
+  Moments shell;                          ///< of the lightest there is: lightest(*integrals)
 
   /// @throws Error{goal} when the wall leaves no inside or cannot be resolved
   Body(Mesh mesh, const Eigen::Affine3d& frame, const Discretisation& options, const Progress& progress);
 
   /// The same body with another wall at a resolution that is enough for advice: its inner domain. Empty when nothing is left.
   RayRep inner_with(double wall_mm, double spacing_mm, const Progress& progress) const;
+
+  /// Of the lightest body: all that these rays of the inner domain go through is of the lighter phase.
+  Moments lightest(const RayIntegrals& rays) const;
 
   /// By how much the volume of the rays differs from that of the field, relative: thin walls that run along the rows of the rays
   /// are hit or passed by chance.
@@ -53,11 +58,14 @@ struct Body {
   bool refine(const Discretisation& options, const Progress& progress);
 
 private:
-  double weight_ = 1;  ///< of the rays
+  Phases phases_;
 
   InnerDomain domain(const InnerDomainOptions& options, const Progress& progress) const;
   std::string nothing_inside(const Discretisation& options, const Progress& progress) const;
 };
+
+/// " The core is limited to ...", or nothing.
+std::string scarce_words(const RayGrid& grid);
 
 /// The body on rays that do not miss its inner domain: where they do, their grid is turned about z, and made finer, until they see
 /// its volume to 1 % (or are four times as fine, or 1600 along the longest side). @param frame  to the working frame, but for a

@@ -18,33 +18,38 @@ constexpr int kSide = BlockField::kSide;
 /// q.phi as a function of the point.
 class Quadric {
 public:
-  explicit Quadric(const Moments& q) : q_(q), hessian_(quadric_hessian(q)), curvature_(hessian_.norm()) {}
+  Quadric(const Moments& q, double inset_mm) : q_(q), hessian_(quadric_hessian(q)), curvature_(hessian_.norm()), inset_(inset_mm) {}
 
   double value(const Eigen::Vector3d& p) const { return quadric_value(q_, p); }
   Eigen::Vector3d gradient(const Eigen::Vector3d& p) const { return q_.segment<3>(MX) + hessian_ * p; }
 
-  /// First-order signed distance to the zero set, negative where the cavity is.
+  /// First-order signed distance to the zero set, negative where the cavity is. With an inset no more than the distance, see
+  /// mesh_cavity, less the inset.
   double signed_distance(const Eigen::Vector3d& p) const {
     const double slope = gradient(p).norm();
     const double v = value(p);
+    if (inset_ > 0 && v > 0) return inset_ - 2 * v / (slope + std::sqrt(slope * slope + 2 * curvature_ * v));
+    if (inset_ > 0) return slope > 0 ? inset_ - v / slope : HUGE_VAL;
     return slope > 0 ? -v / slope : v > 0 ? -HUGE_VAL : HUGE_VAL;
   }
 
-  /// +1 when q.phi > 0 in the whole ball, -1 when negative, 0 when it may change.
+  /// +1 when the whole ball is cavity, -1 when nothing of it is, 0 when that may change.
   int sign_in_ball(const Eigen::Vector3d& centre, double radius) const {
     const double v = value(centre);
-    const double change = (gradient(centre).norm() + 0.5 * curvature_ * radius) * radius;
-    return v > change ? 1 : v < -change ? -1 : 0;
+    const double slope = gradient(centre).norm();
+    const auto change = [&](double r) { return (slope + 0.5 * curvature_ * r) * r; };
+    return v > change(radius + inset_) ? 1 : v < -change(radius) ? -1 : 0;
   }
 
 private:
   Moments q_;
   Eigen::Matrix3d hessian_;
   double curvature_;
+  double inset_;
 };
 
-/// max(wall - distance, signed distance of the quadric) on the grid of `wall`.
-BlockField intersect(const BlockField& wall, const Quadric& quadric) {
+/// max(wall + clearance - distance, signed distance of the quadric) on the grid of `wall`.
+BlockField intersect(const BlockField& wall, const Quadric& quadric, double clearance_mm) {
   BlockField field = wall;
   field.samples.clear();
   // The ball around a block that holds its samples and their neighbours.
@@ -66,6 +71,7 @@ BlockField intersect(const BlockField& wall, const Quadric& quadric) {
           block.fill(-wall.far());
         else
           block = wall.samples[static_cast<std::size_t>(state)];
+        for (float& sample : block) sample = std::min(sample + static_cast<float>(clearance_mm), static_cast<float>(wall.far()));
         if (sign == 0)
           for (int i = 0; i < kSide; ++i)
             for (int j = 0; j < kSide; ++j)
@@ -181,13 +187,13 @@ std::vector<std::size_t> crossing_triangles(const Mesh& mesh) {
 
 CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Moments& q, const CavityOptions& options) {
   constexpr int max_rounds = 8;
-  const Quadric quadric(q);
-  const Fitter fitter(surface, quadric, options.wall_mm, field.spacing_mm);
+  const Quadric quadric(q, options.inset_mm);
+  const Fitter fitter(surface, quadric, options.wall_mm + options.clearance_mm, field.spacing_mm);
   CavityMesh result;
   const detail::CavityMender mender(surface, options);
   Mesh all;
   for (int round = 0; round < max_rounds; ++round) {
-    all = mesh_zero_set(intersect(field, quadric));
+    all = mesh_zero_set(intersect(field, quadric, options.clearance_mm));
     const std::vector<Eigen::Vector3d> before = all.vertices;
     fitter.fit(all, [](const Eigen::Vector3d&) { return true; });
     const std::vector<std::size_t> crossing = mender.mend(all, std::vector<char>(before.size(), 1));
@@ -219,10 +225,10 @@ CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Mom
 bool follow_quadric(CavityMesh& cavity, const BlockField& field, const SurfaceQuery& surface, const Moments& q,
                     const CavityOptions& options) {
   const double h = field.spacing_mm;
-  const Quadric quadric(q);
+  const Quadric quadric(q, options.inset_mm);
   Mesh moved = cavity.mesh;
   // With one more step around what may move, so that triangles between the moved and the others are looked at too.
-  Fitter(surface, quadric, options.wall_mm, h).fit(moved, [&](const Eigen::Vector3d& p) {
+  Fitter(surface, quadric, options.wall_mm + options.clearance_mm, h).fit(moved, [&](const Eigen::Vector3d& p) {
     return quadric.signed_distance(p) > -3 * h;
   });
   std::vector<char> changed(moved.vertices.size());

@@ -2,25 +2,30 @@
 
 namespace rayrep::detail {
 
-CavityMaker::CavityMaker(Body& body, const Print& print, const HollowOptions& options, const Progress& progress)
-    : body_(body), print_(print), options_(options), progress_(progress) {
-  cavity_options_.wall_mm = print.wall_mm;
-  cavity_options_.min_cavity_mm3 = discretisation(print, options).min_cavity_mm3;
-  cavity_options_.as_delivered = [this](const Mesh& mesh) {
-    const Mesh turned = transformed(mesh, body_.to_working.inverse());
-    return options_.as_stored ? options_.as_stored(turned) : turned;
+CavityOptions cavity_options(const Body& body, const Print& print, const HollowOptions& options) {
+  CavityOptions result;
+  result.wall_mm = print.wall_mm;
+  result.min_cavity_mm3 = discretisation(print, options).min_cavity_mm3;
+  result.as_delivered = [&body, &options](const Mesh& mesh) {
+    const Mesh turned = transformed(mesh, body.to_working.inverse());
+    return options.as_stored ? options.as_stored(turned) : turned;
   };
+  return result;
 }
 
-void CavityMaker::make(const Moments& q) {
+CavityMaker::CavityMaker(Body& body, const Print& print, const HollowOptions& options, const Progress& progress)
+    : body_(body), print_(print), options_(options), progress_(progress), cavity_options_(cavity_options(body, print, options)) {}
+
+void CavityMaker::make(const Switching& switching) {
   const bool first = cavity_.mesh.vertices.empty();
-  if (first || !follow_quadric(cavity_, body_.inner.field, body_.surface, q, cavity_options_)) return make_anew(q);
+  if (first || !follow_quadric(cavity_, body_.inner.field, body_.surface, switching.q, cavity_options_))
+    return make_anew(switching);
   followed_ = true;
   measure();
 }
 
-void CavityMaker::make_anew(const Moments& q) {
-  cavity_ = mesh_cavity(body_.inner.field, body_.surface, q, cavity_options_);
+void CavityMaker::make_anew(const Switching& switching) {
+  cavity_ = mesh_cavity(body_.inner.field, body_.surface, switching.q, cavity_options_);
   crossing_anew_ = cavity_.crossing;
   followed_ = false;
   measure();
@@ -54,6 +59,8 @@ Made CavityMaker::made() const {
                                    .density_g_cm3 = print_.density_g_cm3,
                                    .infill = SparseInfill{infill.percent, infill.pattern, infill.share()}});
   }
+  for (const FixedBody& fixed : options_.fixed) made.delivery.parts.push_back(fixed.part);
+  made.delivery.pauses_mm = options_.pauses_mm;
   made.cavities = cavity_.cavities;
   made.filled_cavities = cavity_.filled;
   made.filled_mm3 = cavity_.filled_mm3;

@@ -6,14 +6,17 @@
 
 namespace rayrep::detail {
 
+/// What a cavity in this body is held to. Keeps references to body and options.
+CavityOptions cavity_options(const Body& body, const Print& print, const HollowOptions& options);
+
 /// A cavity where q.phi > 0, at least the wall from the surface, as a mesh.
 class CavityMaker final : public Maker {
 public:
   /// Keeps references to all.
   CavityMaker(Body& body, const Print& print, const HollowOptions& options, const Progress& progress);
 
-  void make(const Moments& q) override;
-  void make_anew(const Moments& q) override;
+  void make(const Switching& switching) override;
+  void make_anew(const Switching& switching) override;
   bool refine() override;
   bool adapted() const override { return followed_; }
   bool spoilt() const override;

@@ -18,7 +18,7 @@ std::optional<double> searched_waterline(const FloatProblem& problem, const Body
     const RayRep inner = problem.inner.thinned(step);
     const RayIntegrals integrals(inner);
     const FloatProblem coarse{problem.hull,        inner,
-                              integrals,           body.solid - integrals.full(),
+                              integrals,           body.lightest(integrals),
                               problem.fluid_g_cm3, problem.density_g_cm3,
                               problem.height_mm,   problem.diagonal_mm};
     const std::optional<double> best = best_waterline(coarse, reserve, progress);
@@ -37,7 +37,8 @@ void find_waterline(const FloatProblem& problem, const Body& body, FloatSpec& sp
   spec.submerged_volume_fraction.reset();
   if (!spec.waterline_mm) {
     spec.waterline_mm = searched_waterline(problem, body, spec.reserve, progress);
-    if (!spec.waterline_mm) throw Error(ErrorCode::goal, why_no_waterline(problem, spec.reserve, progress));
+    if (!spec.waterline_mm)
+      throw Error(ErrorCode::goal, why_no_waterline(problem, spec.reserve, progress) + scarce_words(problem.inner.grid));
     spec.waterline_searched = true;
   } else if (!(*spec.waterline_mm > 0 && *spec.waterline_mm < body.height_mm)) {
     throw Error(ErrorCode::usage, "The waterline must lie between the lowest and the highest point, 0 and " +
@@ -81,7 +82,7 @@ Plan plan(const Mesh& solid, const FloatSpec& spec, const HollowOptions& options
   plan.spec = found;
   const WaterlineState target = at_waterline(problem, *found.waterline_mm);
   if (!target.attainable || (!found.waterline_searched && !comes_back(problem, target)))
-    throw Error(ErrorCode::goal, why_unattainable(problem, target));
+    throw Error(ErrorCode::goal, why_unattainable(problem, target) + scarce_words(problem.inner.grid));
 
   const double volumes = density_g_cm3 / spec.fluid_g_cm3;
   aim(plan, target.water, volumes);

@@ -2,6 +2,9 @@
 
 #include "make/as_built.h"
 #include "make/as_printed.h"
+#include "make/balls.h"
+#include "make/core_maker.h"
+#include "make/fixed.h"
 #include "make/plan.h"
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/mesh_check.h"
@@ -11,7 +14,12 @@ namespace detail {
 HollowResult carry_out(Plan& plan, const HollowOptions& options, const Progress& progress, Moments* correction) {
   Body& body = *plan.body;
   HollowResult result;
-  CavityMaker maker(body, print_of(plan.spec), options, progress);
+  const Print& print = print_of(plan.spec);
+  std::unique_ptr<Maker> maker;
+  if (print.core.wanted())
+    maker = std::make_unique<CoreMaker>(body, print, options, progress);
+  else
+    maker = std::make_unique<CavityMaker>(body, print, options, progress);
   const AsBuilt problem{body.shell,         moment_units(body.solid[M1], body.diagonal_mm),
                         plan.error,         plan.start,
                         options.max_passes, options.as_built_tolerance};
@@ -23,20 +31,23 @@ HollowResult carry_out(Plan& plan, const HollowOptions& options, const Progress&
       plan.give_way(plan, printed);  // the solver follows: it refers to the plan's goal
       return plan.error;
     };
-  const Moments found = options.as_printed ? solve_as_printed(printing, solver, maker, result, progress)
-                                           : solve_as_built(problem, solver, maker, result, progress);
+  const Moments found = options.as_printed ? solve_as_printed(printing, solver, *maker, result, progress)
+                                           : solve_as_built(problem, solver, *maker, result, progress);
   if (correction) *correction = found;
   result.spec = plan.spec;
   result.cast = body.inner.cast;
   result.dropped_components = body.inner.dropped_components;
   result.ray_spacing_mm = body.inner.rays.grid.spacing_mm;
   result.field_spacing_mm = body.inner.field.spacing_mm;
-  result.wall_mm = print_of(plan.spec).wall_mm;
+  result.wall_mm = print.wall_mm;
   plan.prove(plan, body.shell + found, result);
   return result;
 }
 
-Mesh stored(const Mesh& solid, const HollowOptions& options) { return options.as_stored ? options.as_stored(solid) : solid; }
+Mesh stored(const Mesh& solid, const HollowOptions& options) {
+  const Mesh mesh = with_rooms(solid, options.fixed);
+  return options.as_stored ? options.as_stored(mesh) : mesh;
+}
 
 std::unique_ptr<Body> upright_body(const Mesh& solid, const Eigen::Vector3d& up, const Print& print, const HollowOptions& options,
                                    const Progress& progress) {
@@ -61,7 +72,8 @@ Settings settings(HollowOptions& options, const Spec& spec) {
        .words = "of --solver rays: complete, or the paper's: paper",
        .details = "Which segments of material a ray may hold: any one, or none (complete), or only those around the middle of its "
                   "interval (paper). --bounds paper means --solver rays.",
-       .place = choice("bounds", options.bounds, kSegmentBoundsNames)},
+       .place = choice("bounds", options.bounds, kSegmentBoundsNames),
+       .rare = true},
       {.name = "solver",
        .value = "NAME",
        .words = "quadric (exact), or by Ipopt: rays (the paper's), voxels, octree",
@@ -79,6 +91,13 @@ HollowResult hollow(const Mesh& solid, const Spec& spec, const HollowOptions& op
   detail::check(options, spec);
   std::visit([](const auto& s) { check(s, Setting::For::making); }, spec);
   require_size(solid);
+  detail::require_room(options.fixed, solid, print_of(spec).wall_mm, progress);
+  if (print_of(spec).balls.wanted()) return detail::hollow_with_balls(solid, spec, options, progress);
+  if (!options.fixed.empty() && options.pauses_mm.empty()) {
+    HollowOptions paused = options;
+    paused.pauses_mm = detail::pauses_mm(options.fixed, solid, up_of(spec));
+    return hollow(solid, spec, paused, progress);
+  }
   if (const TargetSpec* target = std::get_if<TargetSpec>(&spec))
     if (const auto result = detail::hollow_determined(solid, *target, options, progress)) {
       if (!options.as_printed) return *result;

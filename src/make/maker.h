@@ -14,15 +14,22 @@ struct Made {
   std::size_t removed_islands = 0;
 };
 
+/// What is where, by the value of q.phi: the lighter phase where it is positive; where the denser one is scarce, that only where
+/// it is below -price, and plain material in between (theory.md (49)).
+struct Switching {
+  Moments q;
+  double price = 0;
+};
+
 /// Turns a switching function into a thing whose ten moments are known exactly. The as-built loop sees nothing else of it.
 class Maker {
 public:
   virtual ~Maker() = default;
 
-  /// Makes what q says: material where q.phi < 0. It may only adapt what it made for the last q.
-  virtual void make(const Moments& q) = 0;
+  /// Makes what it says. It may only adapt what it made before.
+  virtual void make(const Switching& switching) = 0;
   /// Makes it anew, whatever came before.
-  virtual void make_anew(const Moments& q) = 0;
+  virtual void make_anew(const Switching& switching) = 0;
   /// What is made from now on is made on the finest grid that is of use. @returns false when it was that fine already
   virtual bool refine() = 0;
 

@@ -14,6 +14,8 @@ namespace {
 /// Why the body cannot be balanced about this axis, and how near it comes.
 Error unbalanced(const Body& body, const SpinSpec& spec, const Goal& goal) {
   const NearestSolution nearest = nearest_attainable(goal, *body.integrals, body.shell, 1e-6);
+  if (nearest.attainable)
+    return {ErrorCode::goal, "It cannot be balanced about this axis with so little core." + scarce_words(body.inner.rays.grid)};
   const Moments& s = nearest.moments;
   const double offset = (spec.yoyo ? s.segment<3>(MX).norm() : s.segment<2>(MX).norm()) / s[M1];
   const double products = Eigen::Vector2d(s[MXZ], s[MYZ]).norm() / s[M1];

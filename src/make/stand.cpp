@@ -86,10 +86,13 @@ Error tips_over(const SupportPolygon& polygon, const Moments& s, double toleranc
 }
 
 void prove(const Plan& plan, const Moments& constant, HollowResult& result) {
-  // For every s that meets the constraints, (c_z(s) - c_z) m(s) / (L m) = q.s >= min over all interiors of q.s. theory.md (27d)
+  // For every s that meets the constraints, (c_z(s) - c_z) m(s) / (L m) = q.s >= min over all interiors of q.s. theory.md (27d),
+  // (49)
   const Moments& q = result.q;
-  const Moments s = constant + plan.body->integrals->moments(q);
-  result.duality_gap = std::max(0.0, -q.dot(s)) * s[M1] / constant[M1] / std::abs(result.solve.objective);
+  const RayIntegrals& rays = *plan.body->integrals;
+  const double mass = constant[M1] + rays.priced(q, result.price).pass.moments[M1];
+  const double least = q.dot(constant) + rays.least(q, result.price);
+  result.duality_gap = std::max(0.0, -least) * mass / constant[M1] / std::abs(result.solve.objective);
   result.proof_figures = {{.name = "duality_gap", .words = "", .value = *result.duality_gap}};
   result.proof = {"centre of mass within " + scientific(std::max(*result.duality_gap, 1e-9)) +
                   " of the lowest possible above the target on these rays (proven by duality)"};
@@ -117,7 +120,7 @@ Plan plan(const Mesh& solid, const StandSpec& spec, const HollowOptions& options
   if (!lowest)
     throw Error(ErrorCode::goal, "The centre of mass cannot be brought above the target: at the nearest any interior comes it is " +
                                      number(smallest_offset_mm(body.inner.rays, body.shell, std::nullopt, target), 3) +
-                                     " mm beside it (horizontally).");
+                                     " mm beside it (horizontally)." + scarce_words(body.inner.rays.grid));
   if (!(smallest_tipping_angle(polygon, *lowest) > kSmallestAngle)) throw tips_over(polygon, *lowest, tolerance, spec);
   plan.goal = stand_goal(target, scale.volume_mm3, scale.length_mm);
   plan.error = [target, L = scale.length_mm](const Moments& s) { return (s.segment<2>(MX) / s[M1] - target).norm() / L; };

@@ -52,16 +52,18 @@ bool can_be_met(const TargetGoal::Setup& setup, const RayIntegrals& rays, const 
   std::string text;
   std::string others;
   const double shell_g = rho * body.shell[M1];
-  const double solid_g = rho * body.solid[M1];
+  const double heaviest_g = rho * (body.shell + body.integrals->full())[M1];
   const std::optional<double> mass = wanted(setup.wanted, M1);
   if (mass && *mass < shell_g) {
     text = (body.inner.rays.grid.weight < 1 ? "Sparse all through it weighs " : "The shell alone weighs ") + shown(shell_g, 5) +
            " g, more than the wanted " + shown(*mass, 5) + " g.";
     others = " A material lighter than " + number(setup.density_g_cm3 * *mass / shell_g, 3) +
              " g/cm3 (--density) would give that mass some room.";
-  } else if (mass && *mass > solid_g) {
-    text = "Even completely solid it weighs only " + shown(solid_g, 5) + " g, less than the wanted " + shown(*mass, 5) + " g.";
-    others = " It takes a material heavier than " + number(setup.density_g_cm3 * *mass / solid_g, 3) + " g/cm3 (--density).";
+  } else if (mass && *mass > heaviest_g) {
+    text = (body.inner.rays.grid.weight > 1 ? "Even with a core that takes all the room it weighs only "
+                                            : "Even completely solid it weighs only ") +
+           shown(heaviest_g, 5) + " g, less than the wanted " + shown(*mass, 5) + " g.";
+    others = " It takes a material heavier than " + number(setup.density_g_cm3 * *mass / heaviest_g, 3) + " g/cm3 (--density).";
   } else {
     text = "These numbers cannot be met together with a wall of " + number(wall_mm, 2) + " mm.";
   }
@@ -128,7 +130,7 @@ void prove(const TargetProblem& problem, const TargetGoal& goal, const Plan& pla
   const QuadricSolution last = solve_quadric(goal, integrals, constant, warm);
   const Moments& f = goal.first_gradient();
   const Moments q = f + goal.J.transpose() * last.multipliers;
-  const double bound = last.multipliers.dot(goal.c_0) + q.dot(constant + integrals.moments(q));
+  const double bound = last.multipliers.dot(goal.c_0) + q.dot(constant) + integrals.least(q, last.price);
   result.duality_gap = (last.objective - last.lower_bound) / std::abs(last.lower_bound);
   result.proof_figures = {{.name = "duality_gap", .words = "", .value = *result.duality_gap},
                           {.name = "wall_mm", .words = "", .unit = Unit::mm, .value = result.wall_mm}};
@@ -229,7 +231,7 @@ WallBracket bracket_wall(const Body& first, TargetGoal::Setup setup, double mass
     double beyond[2];
     for (const bool largest : {false, true}) {
       setup.order = {{M1, largest}};
-      const QuadricSolution solution = solve_target(setup, rays, first.solid - rays.full()).solution;
+      const QuadricSolution solution = solve_target(setup, rays, first.lightest(rays)).solution;
       if (!solution.converged) return found;
       beyond[largest] = (largest ? -1 : 1) * (rho * solution.moments[M1] / mass - 1);
     }

@@ -245,8 +245,10 @@ std::string why_unattainable(const FloatProblem& problem, const WaterlineState& 
            " At this waterline it takes a material lighter than " +
            number(problem.density_g_cm3 * available_mm3 / problem.shell[M1], 3) + " g/cm3.";
   if (available_mm3 > solid_moments(problem)[M1])
-    return "Even completely solid it weighs only " + number(solid_g, 2) + " g, but " + line + ": it floats shallower than " +
-           number(range.hi, 2) + " mm. At this waterline it takes a material heavier than " +
+    return (problem.inner.grid.weight > 1 ? "Even with a core that takes all the room it weighs only "
+                                          : "Even completely solid it weighs only ") +
+           number(solid_g, 2) + " g, but " + line + ": it floats shallower than " + number(range.hi, 2) +
+           " mm. At this waterline it takes a material heavier than " +
            number(problem.density_g_cm3 * available_mm3 / solid_moments(problem)[M1], 3) + " g/cm3.";
   if (!rests_at(problem, state))
     return "It does not stay at this waterline: " + line +

@@ -21,6 +21,10 @@ bool Delivery::has_infill() const {
   return std::any_of(parts.begin(), parts.end(), [](const Part& part) { return part.infill.has_value(); });
 }
 
+bool Delivery::has_inserts() const {
+  return std::any_of(parts.begin(), parts.end(), [](const Part& part) { return part.role == Part::Role::insert; });
+}
+
 Mesh Delivery::solid() const {
   Mesh mesh = body();
   for (const Part& part : parts)

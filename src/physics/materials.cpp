@@ -6,6 +6,23 @@
 #include "rayrep/base/error.h"
 
 namespace rayrep {
+namespace {
+
+/// The row of that name, in any case. @throws Error{usage} with the names there are
+template <typename Row>
+const Row& named(const std::vector<Row>& table, const std::string& name, const char* kind, const char* otherwise) {
+  std::string lower = name;
+  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::string known;
+  for (const Row& row : table) {
+    if (row.name == lower) return row;
+    known += (known.empty() ? "" : ", ") + std::string(row.name);
+  }
+  throw Error(ErrorCode::usage,
+              "There is no " + std::string(kind) + " '" + name + "'. Known: " + known + ". Or give " + otherwise + ".");
+}
+
+}  // namespace
 
 const std::vector<Material>& materials() {
   static const std::vector<Material> table = {
@@ -23,15 +40,24 @@ const std::vector<Material>& materials() {
   return table;
 }
 
-const Material& material(const std::string& name) {
-  std::string lower = name;
-  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  std::string known;
-  for (const Material& m : materials()) {
-    if (m.name == lower) return m;
-    known += (known.empty() ? "" : ", ") + m.name;
-  }
-  throw Error(ErrorCode::usage, "There is no material '" + name + "'. Known: " + known + ". Or give --density G_CM3.");
+const Material& material(const std::string& name) { return named(materials(), name, "material", "--density G_CM3"); }
+
+const std::vector<CoreMaterial>& core_materials() {
+  static const std::vector<CoreMaterial> table = {
+      {"bismuth-tin", 8.56, false, "eutectic Bi58Sn42, melts at 138 C (alloy data sheets)"},
+      {"brass", 8.5, false, "CuZn37 (data sheets)"},
+      {"lead", 11.34, false, "handbook value of the element"},
+      {"lead-shot", 6.8, true, "lead, random close packing of spheres (0.60 as poured)"},
+      {"sand", 1.6, true, "dry quartz sand, loose (bulk density tables: 1.5 to 1.7)"},
+      {"steel", 7.85, false, "unalloyed steel (data sheets)"},
+      {"steel-shot", 4.7, true, "steel, random packing of spheres (0.60 as poured)"},
+      {"tin", 7.29, false, "handbook value of the element (white tin); Spin-It calculates with 8.1"},
+  };
+  return table;
+}
+
+const CoreMaterial& core_material(const std::string& name) {
+  return named(core_materials(), name, "core material", "--core-density G_CM3");
 }
 
 const std::vector<Fluid>& fluids() {

@@ -36,6 +36,12 @@ std::string material_names() {
   return names_of(all);
 }
 
+std::string core_material_names() {
+  std::vector<std::string> all;
+  for (const CoreMaterial& m : core_materials()) all.emplace_back(m.name);
+  return names_of(all);
+}
+
 std::string shown_point(const Eigen::Vector3d& p) { return shown(p.x(), 9) + "," + shown(p.y(), 9) + "," + shown(p.z(), 9); }
 
 SpinAxis parse_axis(const std::string& text) {
@@ -213,6 +219,9 @@ void check_infill(const Print& print) {
   const Infill& infill = print.infill;
   if (!infill.wanted()) return;
   if (print.liquid_g_cm3 > 0) usage_error("Resin printers have no infill: leave --infill out, or choose a filament.");
+  const auto plain = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-' || c == ' '; };
+  if (!std::all_of(infill.pattern.begin(), infill.pattern.end(), plain))
+    usage_error("--infill-pattern is a slicer's word for it, of letters and digits; it is '" + infill.pattern + "'.");
   if (!is_uniform_infill(infill.pattern))
     usage_error("How much " + infill.pattern +
                 " lays down differs from place to place, and what it weighs cannot be planned: choose another pattern, like "
@@ -226,13 +235,47 @@ void check_infill(const Print& print) {
                 " mm. Leave --wall out, or say fewer perimeters or layers, here and in the slicer.");
 }
 
+void check_core(const Print& print) {
+  const Core& core = print.core;
+  if (!core.wanted()) {
+    if (core.volume_cm3 || core.partition_mm)
+      usage_error("Of what is the core? Give --core-material NAME or --core-density G_CM3.");
+    return;
+  }
+  if (core.volume_cm3 && core.partition_mm == 0.0)
+    usage_error("With --core-volume the core has a room of its own: leave --core-partition out, or give more than 0.");
+  if (print.infill.wanted())
+    usage_error("A heavy core stands in a cavity, infill instead of one: leave --infill out, or the core.");
+  check_density("core-density", core.density_g_cm3);
+  if (!(core.density_g_cm3 > print.density_g_cm3))
+    usage_error("A core must be heavier than what is printed (" + shown(print.density_g_cm3) + " g/cm3); it is " +
+                shown(core.density_g_cm3) + " g/cm3.");
+}
+
+void check_balls(const Print& print) {
+  const Balls& balls = print.balls;
+  if (!balls.wanted()) return;
+  check_density("ball-density", balls.density_g_cm3);
+  if (print.infill.wanted()) usage_error("Balls are not placed in infill: leave --infill out, or the balls.");
+  if (print.core.wanted()) usage_error("A core or balls: give either --core-material (or --core-density) or --balls.");
+  if (!(balls.density_g_cm3 > print.density_g_cm3))
+    usage_error("Balls must be heavier than what is printed (" + shown(print.density_g_cm3) + " g/cm3); they are " +
+                shown(balls.density_g_cm3) + " g/cm3.");
+}
+
 template <typename Spec>
 void check_rows(const Spec& spec, For purpose) {
   Spec copy = spec;
   check(settings(copy, purpose));
   check(settings(copy.print, purpose));
   check(settings(copy.print.infill, purpose));
-  if (purpose == For::making) check_infill(spec.print);
+  check(settings(copy.print.core, purpose));
+  check(settings(copy.print.balls, purpose));
+  if (purpose == For::making) {
+    check_infill(spec.print);
+    check_core(spec.print);
+    check_balls(spec.print);
+  }
   check_up(spec.up);
   check_density("density", spec.print.density_g_cm3);
 }
@@ -348,6 +391,110 @@ Settings settings(Infill& infill, For purpose) {
       purpose);
 }
 
+Settings settings(Core& core, For purpose) {
+  const TextPlace by_name = {[&core](const std::string& name) {
+                               core.density_g_cm3 = core_material(name).density_g_cm3;
+                               core.material = core_material(name).name;
+                             },
+                             [&core] { return core.material.empty() ? std::string("none") : core.material; }};
+  return asked_for(
+      {{.name = "core-material",
+        .value = "NAME",
+        .words = "a heavy core where mass helps: tin, lead, steel-shot, sand ...",
+        .details =
+            "One of: " + core_material_names() +
+            ". The inside of the body is core or void then, as the goal needs it. Besides the body, with the room for it, the "
+            "core is written as a mesh of its own, NAME_core, to cast, cut or pour it after. What is poured counts by its bulk "
+            "density, with the air between its grains. Sources: docs/conventions.md.",
+        .place = by_name,
+        .applies = For::making,
+        .also = "core-density"},
+       {.name = "core-density",
+        .value = "G_CM3",
+        .words = "or by its density",
+        .details = "",
+        .place = &core.density_g_cm3,
+        .range = {.lo = 0, .open = false},
+        .applies = For::making,
+        .rare = true,
+        .also = "core-material"},
+       {.name = "core-volume",
+        .value = "CM3",
+        .words = "use no more of it than this",
+        .details = "What is scarce is put where it does most; between it and the void is printed material then.",
+        .place = &core.volume_cm3,
+        .range = Range::positive(),
+        .unset = "as much as there is room for",
+        .applies = For::making,
+        .rare = true},
+       {.name = "core-partition",
+        .value = "MM",
+        .words = "printed wall between the core and the rest of the cavity",
+        .details = "Usually the wall's thickness for what is poured, and with --core-volume. Else, of what is cast or cut, 0: then "
+                   "the core borders on the void, and is to be glued to the wall.",
+        .place = &core.partition_mm,
+        .range = {.lo = 0, .open = false},
+        .unset = "as the material needs",
+        .applies = For::making,
+        .rare = true},
+       {.name = "core-clearance",
+        .value = "MM",
+        .words = "room between a core that is put in and the wall",
+        .details = "Not of a core with a partition: it fills a room of its own.",
+        .place = &core.clearance_mm,
+        .range = {.lo = 0, .hi = 1, .open = false},
+        .applies = For::making,
+        .rare = true}},
+      purpose);
+}
+
+Settings settings(Balls& balls, For purpose) {
+  return asked_for(
+      {{.name = "balls",
+        .value = "N",
+        .words = "put N heavy balls where they do most, in pockets",
+        .details =
+            "Each has a pocket with a straight shaft upward, as wide as the ball, to a layer at which the print is paused and "
+            "the ball put in. The pauses are told, and a 3MF output has them for PrusaSlicer. All balls are written as "
+            "one mesh, NAME_balls.",
+        .place = &balls.count,
+        .range = {.lo = 0, .hi = 100, .open = false},
+        .applies = For::making},
+       {.name = "ball-diameter",
+        .value = "MM",
+        .words = "of them",
+        .details = "",
+        .place = &balls.diameter_mm,
+        .range = Range::positive(),
+        .applies = For::making,
+        .rare = true},
+       {.name = "ball-density",
+        .value = "G_CM3",
+        .words = "of them, steel unless told",
+        .details = "",
+        .place = &balls.density_g_cm3,
+        .range = Range::positive(),
+        .applies = For::making,
+        .rare = true},
+       {.name = "ball-clearance",
+        .value = "MM",
+        .words = "room around each",
+        .details = "",
+        .place = &balls.clearance_mm,
+        .range = {.lo = 0, .hi = 2, .open = false},
+        .applies = For::making,
+        .rare = true}},
+      purpose);
+}
+
+Phases phases_of(const Print& print) {
+  Phases phases{print.infill.share()};
+  if (!print.core.wanted()) return phases;
+  phases.heavy = print.core.density_g_cm3 / print.density_g_cm3;
+  if (print.core.volume_cm3) phases.most_mm3 = 1000 * *print.core.volume_cm3;
+  return phases;
+}
+
 Settings settings(Print& print, For purpose) {
   // A density says nothing of the material, but of a liquid one it may be the bottle's own.
   const TextPlace by_name = {[&print](const std::string& name) {
@@ -380,7 +527,8 @@ Settings settings(Print& print, For purpose) {
        .details =
            "Says that no uncured resin stays in a sealed cavity: you drill a hole into each, let it run out, and close the hole "
            "with cured resin. What hole and plug change of the mass is not accounted for.",
-       .place = &print.drained},
+       .place = &print.drained,
+       .rare = true},
       {.name = "wall",
        .value = "MM",
        .words = "smallest wall thickness",
@@ -479,14 +627,16 @@ Settings settings(SpinSpec& spec, For purpose) {
         .details = "",
         .place = &spec.gamma_c,
         .range = weight,
-        .applies = For::making},
+        .applies = For::making,
+        .rare = true},
        {.name = "gamma-i",
         .value = "W",
         .words = "weight of the inertia ratio",
         .details = "Of the lateral moments of inertia to the axial one.",
         .place = &spec.gamma_i,
         .range = weight,
-        .applies = For::making},
+        .applies = For::making,
+        .rare = true},
        {.name = "axis",
         .value = "A",
         .words = "up, or auto: searched within --max-tilt of it",

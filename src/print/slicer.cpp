@@ -86,7 +86,8 @@ Sliced slice(const Delivery& delivery, const std::string& ending, const fs::path
              const Progress& progress) {
   const SlicerProfile profile = read_slicer_profile(options.profile);
   const TemporaryFolder folder;
-  const fs::path model = folder.path() / ("body" + ending);
+  // Only 3MF tells where to pause.
+  const fs::path model = folder.path() / ("body" + (delivery.pauses_mm.empty() ? ending : ".3mf"));
   const fs::path laid_down = folder.path() / "body.gcode";
   const Eigen::Matrix3d upright = up_to_z(options.print_direction);
   Delivery turned = delivery;

@@ -123,7 +123,8 @@ constexpr int end_sum(int a, int b) { return b * 5 - b * (b - 1) / 2 + a; }
 
 }  // namespace
 
-RayIntegrals::RayIntegrals(const RayRep& domain) : area_(domain.grid.weighted_area_mm2()), intervals_(domain.intervals.size()) {
+RayIntegrals::RayIntegrals(const RayRep& domain)
+    : grid_(domain.grid), area_(domain.grid.weighted_area_mm2()), intervals_(domain.intervals.size()) {
   const auto nx = static_cast<std::size_t>(domain.grid.nx);
   double largest = 0;
   for (std::size_t ray = 0; ray < domain.grid.size(); ++ray)
@@ -228,6 +229,29 @@ RayIntegrals::Pass RayIntegrals::sum(const Moments& q, double blur) const {
 }
 
 RayIntegrals::Pass RayIntegrals::pass(const Moments& q, double blur) const { return sum<true>(q, blur); }
+
+RayIntegrals::Priced RayIntegrals::priced(const Moments& q, double price, double blur) const {
+  Priced result{pass(q, blur)};
+  if (price == 0) {
+    result.filled_mm3 = result.pass.moments[M1] / grid_.weight;
+    return result;
+  }
+  Moments dear = q;
+  dear[M1] += price;
+  const Pass filled = pass(dear, blur);
+  const double more = 1 - grid_.substitute;
+  result.pass.moments = grid_.substitute * result.pass.moments + more * filled.moments;
+  result.pass.spread = grid_.substitute * result.pass.spread + more * filled.spread;
+  result.filled_mm3 = filled.moments[M1] / grid_.weight;
+  result.cost = price * more * filled.moments[M1];
+  return result;
+}
+
+double RayIntegrals::least(const Moments& q, double price) const {
+  const Priced best = priced(q, price);
+  const double allowed = price > 0 ? price * (1 - grid_.substitute) * grid_.weight * grid_.most_mm3 : 0;
+  return q.dot(best.pass.moments) + best.cost - allowed;
+}
 
 Moments RayIntegrals::moments(const Moments& q) const { return sum<false>(q, 0).moments; }
 

@@ -215,6 +215,13 @@ std::string to_json(const RunReport& report) {
   json["input"] = input_json(report.input);
   if (report.print) json["print"] = print_json(*report.print);
   if (!report.output.empty()) json["output"] = {{"path", report.output}, {"triangles", report.delivered_triangles}};
+  if (report.insert) json["insert"] = {{"path", report.insert->path}, {"mass_properties", mass_json(report.insert->mass)}};
+  if (!report.pauses_mm.empty()) json["pauses_mm"] = report.pauses_mm;
+  if (report.hollow && !report.hollow->balls.empty()) {
+    json["balls"] = Json::array();
+    for (const Ball& ball : report.hollow->balls)
+      json["balls"].push_back({{"centre_mm", vector(ball.centre_mm)}, {"pause_mm", ball.pause_mm}});
+  }
   json["options"] = Json::object();
   for (const auto& [name, value] : report.options) json["options"][name] = value;
   json["goal"] = {{"name", verdict.goal}};

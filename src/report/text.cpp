@@ -211,6 +211,34 @@ bool ends_in_3mf(const std::string& path) {
   return ending == ".3mf";
 }
 
+/// Where to pause the print, and how many balls belong there.
+std::string pauses_text(const RunReport& report) {
+  std::string heights;
+  for (const double pause_mm : report.pauses_mm) {
+    heights += (heights.empty() ? "" : ", ") + format("%.2f mm", pause_mm);
+    const auto balls = std::count_if(report.hollow->balls.begin(), report.hollow->balls.end(),
+                                     [pause_mm](const Ball& ball) { return std::abs(ball.pause_mm - pause_mm) < 1e-5; });
+    if (balls > 0) heights += format(" (%d)", balls);
+  }
+  const bool told = report.print || ends_in_3mf(report.output);
+  return "Pause the print at the first layer above " + heights + " and put in what belongs there" +
+         (told ? "; for PrusaSlicer the pauses are in the file" : "; a 3MF output has the pauses for PrusaSlicer");
+}
+
+/// What is put in, and how.
+std::string insert_text(const RunReport& report) {
+  const HollowResult& hollow = *report.hollow;
+  const MassProperties& mass = report.insert->mass;
+  if (hollow.balls.empty()) {
+    const Core& core = print_of(hollow.spec).core;
+    return format("%s is the core: %.1f cm3, %.1f g of %s; ", report.insert->path, mass.volume_mm3 / 1000, mass.mass_g,
+                  core.material.empty() ? "what you chose" : core.material) +
+           (core.poured() ? "pour it into its room through a hole or during a pause of the print"
+                          : "print the body in two parts, glue the core in and the parts together");
+  }
+  return format("%s shows where the balls are", report.insert->path);
+}
+
 }  // namespace
 
 std::string to_text(const RunReport& report, bool verbose) {
@@ -262,7 +290,10 @@ std::string printing_text(const RunReport& report) {
         "at 100 % infill, with supports on the build plate only (automatic supports fill the cavity). A 3MF output (-o NAME.3mf) "
         "carries both";
   }
-  return wrapped(text + format(". The print should weigh %.1f g.", report.after.body.mass_g));
+  if (report.insert) text += ". " + insert_text(report);
+  if (!report.pauses_mm.empty()) text += ". " + pauses_text(report);
+  return wrapped(text +
+                 format(". %s should weigh %.1f g.", report.insert ? "All together" : "The print", report.after.body.mass_g));
 }
 
 std::string to_text(const Inspection& inspection) {

@@ -35,6 +35,7 @@ InteriorSolver::Solved InteriorSolver::solve_quadric(const Moments& constant) {
     warm_.moments = exact.moments;
   }
   solved.q = exact.q;
+  solved.price = exact.price;
   solved.model = exact.moments;
   SolveReport& report = solved.report;
   report.solver = "quadric";

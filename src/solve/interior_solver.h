@@ -29,6 +29,7 @@ public:
   struct Solved {
     SolveReport report;               ///< with Solver::rays x holds z1, or z0, z1, of each interval
     Moments q = Moments::Zero();      ///< switching function: cavity where q.phi > 0
+    double price = 0;                 ///< see QuadricSolution
     Moments model = Moments::Zero();  ///< moments of the whole body as the solver sees it
   };
 

@@ -18,7 +18,9 @@ constexpr int kWarmEvaluations = 40;  ///< that a warm start may take before it 
 /// A goal over rays with moments in units that make them of order 1; q in the inverse units, so that q.s is the same number.
 class Problem {
 public:
-  Problem(const Goal& goal, const RayIntegrals& rays, const Moments& constant) : goal_(goal), rays_(rays), constant_(constant) {
+  /// @param price  of what fills the rays, see RayIntegrals::priced
+  Problem(const Goal& goal, const RayIntegrals& rays, const Moments& constant, double price = 0)
+      : goal_(goal), rays_(rays), constant_(constant), price_(price) {
     const Moments solid = constant + rays.full();
     const double volume = std::abs(solid[M1]);
     // The second moments give a length that does not depend on where the origin is.
@@ -32,13 +34,19 @@ public:
   struct Evaluation {
     Moments s;        ///< constant + S(q)
     Matrix10 spread;  ///< -ds/dq
+    double cost = 0;
+    double filled_mm3 = 0;
   };
   Evaluation evaluate(const Moments& q, double blur) {
     ++evaluations_;
-    const RayIntegrals::Pass pass = rays_.pass(q.cwiseQuotient(unit_), blur);
-    return {scaled(constant_ + pass.moments), unit_.cwiseInverse().asDiagonal() * pass.spread * unit_.cwiseInverse().asDiagonal()};
+    const RayIntegrals::Priced priced = rays_.priced(q.cwiseQuotient(unit_), price_, blur);
+    const RayIntegrals::Pass& pass = priced.pass;
+    return {scaled(constant_ + pass.moments), unit_.cwiseInverse().asDiagonal() * pass.spread * unit_.cwiseInverse().asDiagonal(),
+            priced.cost, priced.filled_mm3};
   }
-  /// Where q.s is least of all interiors.
+  /// Of all that has room.
+  double highest_cost() const { return price_ * (1 - rays_.grid().substitute) * rays_.full()[M1]; }
+  /// Where q.s is least of all interiors, whatever they cost.
   Moments minimiser(const Moments& q) {
     ++evaluations_;
     return scaled(constant_ + rays_.moments(q.cwiseQuotient(unit_)));
@@ -65,6 +73,7 @@ private:
   const Goal& goal_;
   const RayIntegrals& rays_;
   Moments constant_;
+  double price_;
   Moments unit_;
   Eigen::MatrixXd J_;
   Eigen::VectorXd c_0_;
@@ -76,8 +85,8 @@ double blur(const Moments& q, const Moments* before) {
   return before ? 1e-3 * std::min(1.0, (q - *before).norm() / q.norm()) : 1e-7;
 }
 
-/// max over u of  min over interiors s of [ (q_0 + K^T u).s ] - e.u - u.W u / 2:  the dual of  min over s of  q_0.s + r.r / 2
-/// subject to  r = K s - e  with a diagonal W of ones; a zero in W stands for r_k = 0.
+/// max over u of  min over interiors s of [ (q_0 + K^T u).s + cost ] - e.u - u.W u / 2:  the dual of  min over s of
+/// q_0.s + cost + r.r / 2  subject to  r = K s - e  with a diagonal W of ones; a zero in W stands for r_k = 0.
 struct Dual {
   Moments q_0;
   Eigen::MatrixXd K;
@@ -95,7 +104,7 @@ struct DualPoint {
 
 DualPoint dual_of(const Dual& dual, const Eigen::VectorXd& u, const Moments& q, const Problem::Evaluation& at) {
   const Eigen::VectorXd Wu = dual.W.cwiseProduct(u);
-  return {u, q, at, q.dot(at.s) - dual.e.dot(u) - 0.5 * u.dot(Wu), dual.K * at.s - dual.e - Wu};
+  return {u, q, at, q.dot(at.s) + at.cost - dual.e.dot(u) - 0.5 * u.dot(Wu), dual.K * at.s - dual.e - Wu};
 }
 
 DualPoint dual_at(Problem& problem, const Dual& dual, const Eigen::VectorXd& u, const Moments* before = nullptr) {
@@ -155,11 +164,13 @@ double residual(const Problem& problem, const Moments& s, const Moments& S) {
   return std::max((S - s).cwiseAbs().maxCoeff(), problem.constraints(S).cwiseAbs().maxCoeff());
 }
 
-void store(const Problem& problem, const Moments& q, const Moments& s, const Eigen::VectorXd& mu, QuadricSolution& solution) {
+void store(const Problem& problem, const Moments& q, const Problem::Evaluation& at, const Eigen::VectorXd& mu,
+           QuadricSolution& solution) {
   solution.q = problem.q_in_mm(q);
   solution.multipliers = mu;
-  solution.moments = problem.in_mm(s);
-  solution.objective = problem.objective(s);
+  solution.moments = problem.in_mm(at.s);
+  solution.objective = problem.objective(at.s);
+  solution.filled_mm3 = at.filled_mm3;
 }
 
 /// min over attainable s with c(s) = 0 of q_0.s, by its dual, or a proof that there is no such s.
@@ -173,7 +184,7 @@ LinearMinimum minimise_linear(Problem& problem, const Moments& q_0, const Eigen:
                               int max_evaluations) {
   const Dual dual{q_0, problem.J(), -problem.c_0(), Eigen::VectorXd::Zero(mu.size())};
   // No interior has a larger objective: a dual value above it proves that none meets the constraints.
-  const double highest = -problem.lowest(-q_0);
+  const double highest = problem.highest_cost() - problem.lowest(-q_0);
   // Where the multipliers run away they separate long before the value says so: asked for when it takes long.
   const int patience = problem.evaluations() + 12;
   const auto separates = [&](const DualPoint& p) {
@@ -207,7 +218,7 @@ QuadricSolution solve_affine(Problem& problem, const QuadricOptions& options) {
     minimum =
         minimise_linear(problem, problem.gradient(zero), start, options.tolerance, problem.evaluations() + options.max_evaluations);
   const DualPoint& top = minimum.top;
-  store(problem, top.q, top.at.s, top.u, solution);
+  store(problem, top.q, top.at, top.u, solution);
   solution.residual = top.gradient.cwiseAbs().maxCoeff();
   solution.converged = minimum.converged;
   solution.lower_bound = problem.objective(zero) + top.value;
@@ -331,12 +342,19 @@ Eigen::MatrixXd curvature_root(const Problem& problem, const Moments& s) {
 /// tries to finish from each.
 class Descent {
 public:
-  Descent(Problem& problem, const Moments& s, Eigen::VectorXd mu, double tolerance, int max_evaluations)
+  struct Start {
+    Moments s;
+    double cost;  ///< of s, or more
+    Eigen::VectorXd mu;
+    int max_evaluations;
+  };
+  Descent(Problem& problem, const Start& start, double tolerance)
       : problem_(problem),
-        s_(s),
-        mu_(std::move(mu)),
+        s_(start.s),
+        cost_(start.cost),
+        mu_(start.mu),
         tolerance_(tolerance),
-        max_evaluations_(problem.evaluations() + max_evaluations),
+        max_evaluations_(problem.evaluations() + start.max_evaluations),
         patience_(problem.evaluations() + 11) {}
 
   /// Until converged, infeasible or out of evaluations.
@@ -354,9 +372,9 @@ public:
   const Eigen::VectorXd& separation() const { return separation_; }
 
 private:
-  /// Objective and violated constraints at a price at which no violation pays.
-  double value(const Moments& s, const Eigen::VectorXd& mu) const {
-    return problem_.objective(s) + 2 * mu.cwiseAbs().maxCoeff() * problem_.constraints(s).cwiseAbs().sum();
+  /// Objective, cost, and violated constraints at a price at which no violation pays.
+  double value(const Moments& s, double cost, const Eigen::VectorXd& mu) const {
+    return problem_.objective(s) + cost + 2 * mu.cwiseAbs().maxCoeff() * problem_.constraints(s).cwiseAbs().sum();
   }
 
   /// Newton's method; where it does not converge, what it has reached is kept if it is better than `here`.
@@ -374,9 +392,10 @@ private:
     saddle_ = solved;
     if (solved || polished.merit >= here.merit) return false;
     const bool much = polished.merit < 0.3 * much_;
-    if (!much && value(polished.at.s, polished.mu) >= value(s_, polished.mu)) return false;
+    if (!much && value(polished.at.s, polished.at.cost, polished.mu) >= value(s_, cost_, polished.mu)) return false;
     much_ = std::min(much_, polished.merit);
     s_ = polished.at.s;
+    cost_ = polished.at.cost;
     // Multipliers that have gone astray are no start.
     mu_ = polished.q.norm() < 30 * here.q.norm() ? polished.mu : shortest(problem_, s_);
     here = kkt_at(problem_, s_, mu_);
@@ -405,7 +424,7 @@ private:
       if (left < fine) return true;
       if (left < 0.5 * start) {
         // What the model at best has to give: enough of it will do.
-        const double wanted = value(s_, p.u.head(m)) - problem_.objective(s_) + dual.q_0.dot(s_) - p.value;
+        const double wanted = value(s_, cost_, p.u.head(m)) - problem_.objective(s_) + dual.q_0.dot(s_) - p.value;
         if (search(p).gain > 0.3 * wanted) return true;
       }
       if (separates(p)) separation_ = p.u.head(m);
@@ -415,6 +434,7 @@ private:
     const Search found = search(top);
     mu_ = top.u.head(m);
     s_ += found.length * (top.at.s - s_);
+    cost_ += found.length * (top.at.cost - cost_);
     fine_ = found.length > 0 ? 0.02 : 0.01 * fine_;
     return true;
   }
@@ -425,11 +445,11 @@ private:
   /// The best of all between s and an interior: attainable, as both are.
   Search search(const DualPoint& p) const {
     const Eigen::VectorXd mu = p.u.head(mu_.size());
-    const double here = value(s_, mu);
+    const double here = value(s_, cost_, mu);
     Search found;
     for (int k = 1; k <= 64; ++k) {
       const double length = k / 64.0;
-      const double gain = here - value(s_ + length * (p.at.s - s_), mu);
+      const double gain = here - value(s_ + length * (p.at.s - s_), cost_ + length * (p.at.cost - cost_), mu);
       if (gain > found.gain) found = {length, gain};
     }
     return found;
@@ -448,6 +468,7 @@ private:
 
   Problem& problem_;
   Moments s_;
+  double cost_;
   Eigen::VectorXd mu_;
   double tolerance_;
   int max_evaluations_;
@@ -466,23 +487,21 @@ private:
 QuadricSolution solve_curved(Problem& problem, const QuadricOptions& options) {
   QuadricSolution solution;
   solution.lower_bound = -kInfinity;
-  struct Start {
-    Moments s;
-    Eigen::VectorXd mu;
-    int max_evaluations;
-  };
-  const auto cold = [&](const Moments& s) { return Start{s, shortest(problem, s), options.max_evaluations}; };
+  using Start = Descent::Start;
+  const double highest = problem.highest_cost();
+  const auto cold = [&](const Moments& s, double cost) { return Start{s, cost, shortest(problem, s), options.max_evaluations}; };
   std::vector<Start> starts;
   if (options.multipliers.size() == problem.J().rows())
-    starts.push_back({problem.scaled(options.moments), options.multipliers, std::min(kWarmEvaluations, options.max_evaluations)});
-  starts.push_back(cold(problem.solid()));
-  starts.push_back(cold(problem.centre()));
+    starts.push_back(
+        {problem.scaled(options.moments), highest, options.multipliers, std::min(kWarmEvaluations, options.max_evaluations)});
+  starts.push_back(cold(problem.solid(), highest));
+  starts.push_back(cold(problem.centre(), 0.5 * highest));
   for (const Start& start : starts) {
-    Descent descent(problem, start.s, start.mu, options.tolerance, start.max_evaluations);
+    Descent descent(problem, start, options.tolerance);
     descent.run();
     const KktPoint& best = descent.best();
     if (descent.converged() || solution.multipliers.size() == 0) {
-      store(problem, best.q, best.at.s, best.mu, solution);
+      store(problem, best.q, best.at, best.mu, solution);
       solution.residual = residual(problem, best.s, best.at.s);
     }
     solution.converged = descent.converged();
@@ -493,13 +512,65 @@ QuadricSolution solve_curved(Problem& problem, const QuadricOptions& options) {
   return solution;
 }
 
+QuadricSolution solve_at(Problem problem, bool affine, const QuadricOptions& options) {
+  QuadricSolution solution = affine ? solve_affine(problem, options) : solve_curved(problem, options);
+  solution.evaluations = problem.evaluations();
+  return solution;
+}
+
 }  // namespace
 
 QuadricSolution solve_quadric(const Goal& goal, const RayIntegrals& rays, const Moments& constant, const QuadricOptions& options) {
-  Problem problem(goal, rays, constant);
-  QuadricSolution solution = goal.affine ? solve_affine(problem, options) : solve_curved(problem, options);
-  solution.evaluations = problem.evaluations();
-  return solution;
+  const QuadricSolution free = solve_at(Problem(goal, rays, constant), goal.affine, options);
+  const double most = rays.grid().most_mm3;
+  if (!free.converged || free.filled_mm3 <= most) return free;
+
+  // The higher the price, the less is taken: where as much is taken as there is, by the Illinois method.
+  int evaluations = free.evaluations;
+  QuadricOptions warm = options;
+  const auto at = [&](double price) {
+    QuadricSolution solution = solve_at(Problem(goal, rays, constant, price), goal.affine, warm);
+    evaluations += solution.evaluations;
+    solution.price = price;
+    solution.evaluations = evaluations;
+    if (solution.converged) {
+      warm.multipliers = solution.multipliers;
+      warm.moments = solution.moments;
+    }
+    return solution;
+  };
+  const auto excess = [most](const QuadricSolution& s) { return s.filled_mm3 / most - 1; };
+  QuadricSolution cheap = free;
+  // q.phi is of this size.
+  double price = 0.05 * std::abs(free.q.dot(rays.full())) / rays.full()[M1] + 1e-3 * std::abs(free.q[M1]);
+  QuadricSolution dear = at(price);
+  for (int doubling = 0; doubling < 40 && dear.converged && excess(dear) > 0; ++doubling) {
+    cheap = dear;
+    price *= 2;
+    dear = at(price);
+  }
+  if (!dear.converged || excess(dear) > 0) {
+    cheap.converged = false;
+    cheap.infeasible = true;
+    cheap.evaluations = evaluations;
+    return cheap;
+  }
+  double weight_of_cheap = 1;
+  double weight_of_dear = 1;
+  for (int n = 0; n < 60 && excess(dear) < -1e-7 && dear.price - cheap.price > 1e-12 * dear.price; ++n) {
+    const double a = weight_of_cheap * excess(cheap);
+    const double b = weight_of_dear * excess(dear);
+    QuadricSolution next = at(cheap.price + (dear.price - cheap.price) * std::clamp(a / (a - b), 0.02, 0.98));
+    if (!next.converged) break;
+    const bool too_much = excess(next) > 1e-9;
+    weight_of_cheap = too_much ? 1 : 0.5 * weight_of_cheap;
+    weight_of_dear = too_much ? 0.5 * weight_of_dear : 1;
+    (too_much ? cheap : dear) = std::move(next);
+  }
+  dear.evaluations = evaluations;
+  // By weak duality, of all that take no more than there is.
+  dear.lower_bound -= dear.price * (1 - rays.grid().substitute) * rays.grid().weight * most;
+  return dear;
 }
 
 double separation_margin(const Goal& goal, const Eigen::VectorXd& y, const RayIntegrals& rays, const Moments& constant) {

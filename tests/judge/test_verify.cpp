@@ -816,7 +816,7 @@ TEST(VerifyPrint, AgreesWithTheMeshWhereThePrintIsTheMesh) {
     for (const char* name : {"mass_g", "displaced_mass_g", "metacentric_height_mm", "horizontal_offset_mm", "waterplane_area_mm2"})
       EXPECT_NEAR(figure(print, name), figure(mesh, name), 1e-9 * std::abs(figure(mesh, name)) + 1e-9) << name;
   }
-  const Verdict both = verify(PrintedMesh{hollowed, s}, two, spec);
+  const Verdict both = verify(PrintedDelivery{test::delivery(hollowed), s}, &two, spec);
   EXPECT_NEAR(figure(both, "displaced_mass_g"), figure(mesh, "displaced_mass_g"), 1e-9);
   EXPECT_EQ(both.cavities, mesh.cavities);
   // Twice the plastic weighs twice as much, in the same water.

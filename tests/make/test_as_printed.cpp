@@ -48,7 +48,7 @@ TEST(AsPrinted, WhatIsPrintedMeetsTheGoal) {
     EXPECT_FALSE(result.gave_way);
     EXPECT_TRUE(plain.slices.empty());
     const Mesh made = result.delivery.body();
-    const Verdict verdict = verify(PrintedMesh{made, printed(made)}, body, result.spec);
+    const Verdict verdict = verify(PrintedDelivery{delivery(made), printed(made)}, &body, result.spec);
     for (const Criterion& c : verdict.criteria) EXPECT_TRUE(c.pass()) << c.name;
     // The mesh itself misses it, for it makes up for the printer.
     EXPECT_GT(std::abs(moments_of_body(made)[M1] / moments_of_body(plain.delivery.body())[M1] - 1), 1e-3);
@@ -82,7 +82,7 @@ TEST(AsPrinted, APrinterThatJumpsMovesTheWaterlineThatWasLeftOpen) {
   EXPECT_EQ(result.slices.size(), static_cast<std::size_t>(options.max_slices));
   EXPECT_TRUE(result.gave_way);
   const Mesh made = result.delivery.body();
-  EXPECT_TRUE(verify(PrintedMesh{made, options.as_printed(result.delivery)}, body, result.spec).pass());
+  EXPECT_TRUE(verify(PrintedDelivery{result.delivery, options.as_printed(result.delivery)}, &body, result.spec).pass());
 
   FloatSpec fixed;
   fixed.waterline_mm = *std::get<FloatSpec>(result.spec).waterline_mm + 0.3;

@@ -269,7 +269,7 @@ TEST(HollowFloat, EveryExampleKeepsTheWallInAllTrianglesAndCrossesNowhereAsStore
     EXPECT_EQ(verdict.crossing_triangles, 0u) << entry.path();
     EXPECT_TRUE(verdict.pass()) << entry.path();
   }
-  EXPECT_EQ(examples, 8u);
+  EXPECT_EQ(examples, 9u);
 }
 
 TEST(WorkingFrame, IsExactAlongTheAxes) {

@@ -154,7 +154,7 @@ TEST(Infill, AThreeMfFileKeepsIt) {
   made.parts.push_back(
       {.mesh = box({5, 5, 5}, {35, 35, 25}), .role = Part::Role::modifier, .infill = SparseInfill{12.5, "cubic", 0.13}});
   const std::filesystem::path path = own_file("infill.3mf");
-  for (const ThreeMfFlavor flavor : {ThreeMfFlavor::prusa, ThreeMfFlavor::bambu}) {
+  for (const ThreeMfFlavor flavor : {ThreeMfFlavor::prusa, ThreeMfFlavor::bambu, ThreeMfFlavor::core}) {
     write_delivery(path, made, flavor);
     const MeshFile file = read_mesh(path);
     expect_same_corners(file.mesh, body);

@@ -911,7 +911,7 @@ TEST_F(Tool, APrintIsMeasuredAndJudged) {
 
 TEST_F(Tool, InfillInsteadOfACavity) {
   const std::string egg = "float egg.stl --resolution 40 ";
-  for (const char* flavor : {"prusa", "bambu"}) {
+  for (const char* flavor : {"prusa", "bambu", "core"}) {
     const Run made = run(egg + "--infill 20 --infill-laid-down 21.5 --3mf-flavor " + flavor + " -v");
     ASSERT_EQ(made.code, 0) << made.err;
     EXPECT_TRUE(fs::exists(folder_ / "egg_float.3mf"));
@@ -949,6 +949,71 @@ TEST_F(Tool, InfillInsteadOfACavity) {
   EXPECT_TRUE(mentions(run(egg + "--infill 20 --wall 1").err, {"1.2 mm", "Leave --wall out"}));
   EXPECT_TRUE(mentions(run(egg + "--infill 20 --material resin").err, {"no infill"}));
   EXPECT_TRUE(mentions(run(egg + "--infill 20 --slicer true --profile p.ini --perimeters 2").err, {"profile"}));
+}
+
+TEST_F(Tool, ACoreIsAFileOfItsOwn) {
+  write_mesh(folder_ / "tall.stl", uv_ellipsoid(24, 24, 56, 48));
+  const std::string tall = "spin tall.stl --point com --resolution 50 ";
+  const Run refused = run(tall + "--core-density 1.5");
+  EXPECT_EQ(refused.code, 4);
+  EXPECT_EQ(new_files(), (std::vector<std::string>{"tall.stl"}));
+  EXPECT_TRUE(mentions(refused.err, {"--core-material"}));
+  std::ofstream(folder_ / "tall_spin_core.stl") << "mine";
+  EXPECT_EQ(run(tall + "--core-density 1.5 --no-advice").code, 4);
+  EXPECT_EQ(text_of(folder_ / "tall_spin_core.stl"), "mine");
+
+  const Run made = run(tall + "--core-material tin --report r.json -v");
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_TRUE(mentions(made.out, {"tall_spin_core.stl is the core", "g of tin", "glue", "All together", "put in and not printed"}));
+  const auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_EQ(report["insert"]["path"], "tall_spin_core.stl");
+  EXPECT_NEAR(report["insert"]["mass_properties"]["mass_g"].get<double>(), report["after"]["inserts"][0]["mass_g"].get<double>(),
+              1e-9);
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(made.out, found, std::regex("to judge it again: rayrep (.*)"))) << made.out;
+  EXPECT_TRUE(mentions(found[1].str(), {"--fixed tall_spin_core.stl=7.29"}));
+  EXPECT_EQ(run(found[1].str()).code, 0) << found[1].str();
+  // Hollow it is no top, and a core that lies elsewhere has no room.
+  EXPECT_EQ(run(std::regex_replace(found[1].str(), std::regex("--fixed [^ ]*"), "")).code, 4);
+  Mesh core = read_mesh(folder_ / "tall_spin_core.stl").mesh;
+  write_mesh(folder_ / "tall_spin_core.stl", moved(core, {0, 0, 3}));
+  const Run beside = run(found[1].str());
+  EXPECT_EQ(beside.code, 4);
+  EXPECT_TRUE(mentions(beside.err, {"inserts_fit"}));
+}
+
+TEST_F(Tool, WhatIsFixedInsideCounts) {
+  write_mesh(folder_ / "coin.stl", moved(cylinder(6, 2, 32), {4, 2, -10}));
+  const std::string egg = "float egg.stl --resolution 40 ";
+  const Run made = run(egg + "--fixed coin.stl=8.9 -v");
+  ASSERT_EQ(made.code, 0) << made.err;
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(made.out, found, std::regex("to judge it again: rayrep (.*)"))) << made.out;
+  EXPECT_EQ(run(found[1].str()).code, 0) << found[1].str();
+  EXPECT_EQ(run("verify egg_float.stl").code, 4);  // by itself it leans
+  write_mesh(folder_ / "other.stl", moved(cylinder(2, 2, 32), {-10, 2, -8}));
+  EXPECT_EQ(run(egg + "--fixed coin.stl=8.9 --fixed other.stl=7.8 -o two.stl").code, 0);
+  EXPECT_EQ(run("verify two.stl --fixed coin.stl=8.9 --fixed other.stl=7.8 --original egg.stl").code, 0);
+  EXPECT_TRUE(mentions(run(egg + "--fixed coin.stl").err, {"a mesh and its density", "magnet.stl=7.5"}));
+  EXPECT_TRUE(mentions(run(egg + "--fixed coin.stl=lead").err, {"takes a number"}));
+  EXPECT_EQ(run(egg + "--fixed no.stl=8").code, 3);
+  EXPECT_TRUE(mentions(run(egg + "--fixed coin.stl=8 --each").err, {"--fixed", "which body"}));
+  EXPECT_TRUE(mentions(run(egg + "--fixed coin.stl=8 -o coin.stl").err, {"read, too"}));
+  write_mesh(folder_ / "far.stl", moved(cylinder(6, 2, 32), {4, 2, 30}));
+  const Run outside = run(egg + "--fixed far.stl=8 --no-advice");
+  EXPECT_EQ(outside.code, 4);
+  EXPECT_TRUE(mentions(outside.err, {"Fixed body 1", "does not lie inside"}));
+}
+
+TEST_F(Tool, BallsComeWithPauses) {
+  const Run made = run("float egg.stl --resolution 40 --balls 3 --ball-diameter 5 -o balls.3mf -v");
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_EQ(new_files(), (std::vector<std::string>{"balls.3mf", "balls_balls.3mf"}));
+  EXPECT_TRUE(mentions(made.out, {"Pause", "balls_balls.3mf shows where", "for PrusaSlicer"}));
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(made.out, found, std::regex("to judge it again: rayrep (.*)"))) << made.out;
+  EXPECT_EQ(run(found[1].str()).code, 0) << found[1].str();
+  EXPECT_TRUE(mentions(run("float egg.stl --resolution 40 --balls 60 --no-advice").err, {"of the 60 balls"}));
 }
 
 TEST_F(Tool, TheCommandThatJudgesASlicedBodyAgainHolds) {

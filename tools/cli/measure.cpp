@@ -63,9 +63,9 @@ Moments SlicedBodies::slice(const Delivery& delivery) {
 
 Verdict SlicedBodies::judged(const Delivery& delivered, const Mesh& original, RunReport& report, const Progress& progress) const {
   const HollowResult& hollow = *report.hollow;
-  const Mesh solid = delivered.solid();
   if (by_hand()) {
-    Verdict verdict = verify(PrintedMesh{solid, moments_of(delivered, progress) + excess_}, original, hollow.spec, {}, progress);
+    const Moments expected = moments_of(delivered, progress) + excess_;
+    Verdict verdict = verify(PrintedDelivery{delivered, expected}, &original, hollow.spec, {}, progress);
     verdict.notes.push_back("The figures are those of the print as " + options_.as_sliced.string() +
                             " lets expect it, with the same profile. Slice it and let 'rayrep verify' judge that G-code.");
     return verdict;
@@ -78,7 +78,7 @@ Verdict SlicedBodies::judged(const Delivery& delivered, const Mesh& original, Ru
                              {options_.slicer.print_direction, 0, read_slicer_profile(options_.slicer.profile).bed_centre_mm});
   print.mesh = options_.output.string();
   print.body = mass_properties(print.placed->s, print.density_g_cm3);
-  return verify(PrintedMesh{solid, print.placed->s}, original, hollow.spec, {}, progress);
+  return verify(PrintedDelivery{delivered, print.placed->s}, &original, hollow.spec, {}, progress);
 }
 
 void SlicedBodies::deliver(std::size_t n) const {

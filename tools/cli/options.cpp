@@ -5,6 +5,7 @@
 #include <boost/program_options.hpp>
 #include <cctype>
 #include <cstdio>
+#include <cstring>
 #include <map>
 #include <set>
 
@@ -118,7 +119,8 @@ Settings mesh_rows(Options& options) {
        .details =
            "Bounds the file, and what a 3MF file unpacks to with what is made of it. Others take up to five times their size.",
        .place = TextPlace{[&options](const std::string& text) { options.memory_bytes = parse_memory(text); },
-                          [&options] { return memory_words(options.memory_bytes); }}},
+                          [&options] { return memory_words(options.memory_bytes); }},
+       .rare = true},
       {.name = "repair",
        .value = "",
        .words = "close all holes of the surface, by a guess",
@@ -155,7 +157,8 @@ Setting mass_row(Options& options) {
               "lays down for the body.",
           .place = &options.measured_mass_g,
           .range = Range::positive(),
-          .unset = "not weighed"};
+          .unset = "not weighed",
+          .rare = true};
 }
 
 Settings print_rows(Options& options) {
@@ -228,7 +231,32 @@ Settings slicer_rows(Options& options) {
        .value = "FILE",
        .words = "where the G-code goes (default: the output's name)",
        .details = "",
-       .place = path_place(options.gcode)}};
+       .place = path_place(options.gcode),
+       .rare = true}};
+}
+
+Setting fixed_row(Options& options, const char* details) {
+  return {.name = "fixed",
+          .value = "FILE=G_CM3",
+          .words = "a body inside that is not printed, with its density",
+          .details = details,
+          .place = TextPlace{[&options](const std::string& text) {
+                               const std::size_t at = text.rfind('=');
+                               if (at == std::string::npos || at == 0)
+                                 usage_error("--fixed takes a mesh and its density, like magnet.stl=7.5; it is '" + text + "'.");
+                               const double density = parse_number("fixed", text.substr(at + 1));
+                               if (!(density > 0 && density <= 25))
+                                 usage_error("The density in --fixed must lie between 0 and 25 g/cm3; it is " +
+                                             text.substr(at + 1) + ".");
+                               options.fixed.push_back({text.substr(0, at), density});
+                             },
+                             [&options] {
+                               std::string text;
+                               for (const FixedFile& file : options.fixed)
+                                 text += (text.empty() ? "" : ", ") + file.path.string() + "=" + text_of(file.density_g_cm3);
+                               return text.empty() ? std::string("none") : text;
+                             }},
+          .repeated = true};
 }
 
 Settings inertial_files(Options& options) {
@@ -274,7 +302,8 @@ Settings common_rows(Options& options, bool with_report) {
                             parse(row, text);
                             check({row});
                           },
-                          [&options] { return options.threads ? std::to_string(options.threads) : std::string("all"); }}},
+                          [&options] { return options.threads ? std::to_string(options.threads) : std::string("all"); }},
+       .rare = true},
       {.name = "help,h", .value = "", .words = "this text", .details = "", .place = TextPlace{}}};
   if (!with_report) rows.erase(rows.begin());
   return rows;
@@ -300,7 +329,8 @@ Settings output_rows(Options& options) {
            .value = "",
            .words = "if it fails, say only why",
            .details = "Without looking for what would do, which takes some seconds.",
-           .place = &options.no_advice}};
+           .place = &options.no_advice,
+           .rare = true}};
 }
 
 void append(Settings& settings, const Settings& more) { settings.insert(settings.end(), more.begin(), more.end()); }
@@ -338,17 +368,27 @@ std::vector<Group> hollow_groups(Options& options) {
   Group making{"Material and discretisation", settings(print_in(options.spec), For::making)};
   append(making.settings, settings(options.hollow, options.spec));
   Group infill{"Infill instead of cavities", settings(print_in(options.spec).infill, For::making)};
-  infill.settings.push_back({.name = "3mf-flavor",
-                             .value = "NAME",
-                             .words = "whose modifier: prusa (also SuperSlicer), bambu (also OrcaSlicer)",
-                             .details =
-                                 "The 3MF file says 100 % infill for the object and the sparse infill for a modifier volume in "
-                                 "it, which each of them does in its own way.",
-                             .place = choice("3mf-flavor", options.flavor, kThreeMfFlavorNames)});
+  infill.settings.push_back(
+      {.name = "3mf-flavor",
+       .value = "NAME",
+       .words = "whose modifier: prusa (SuperSlicer), bambu (OrcaSlicer), core",
+       .details =
+           "The 3MF file says 100 % infill for the object and the sparse infill for a modifier volume in "
+           "it, which each of them does in its own way. core is for others: body and sparse region are meshes with names, and "
+           "you say in the slicer what they are.",
+       .place = choice("3mf-flavor", options.flavor, kThreeMfFlavorNames),
+       .rare = true});
+  Group core{"Heavy cores, and what is not printed", settings(print_in(options.spec).core, For::making)};
+  append(core.settings, settings(print_in(options.spec).balls, For::making));
+  core.settings.push_back(fixed_row(
+      options,
+      "A magnet, bolt, coin or motor: a mesh in mm, where it is in the finished body (--unit and --size do not move it), "
+      "with room for play if it needs any. Its room is kept free, and the wall from the surface and from cavities. May be "
+      "given several times."));
   Group files{"Files", output_rows(options)};
   append(files.settings, common_rows(options, true));
   if (std::holds_alternative<TargetSpec>(options.spec)) append(files.settings, inertial_files(options));
-  return {mesh, goal, making, infill, {"The slicer", slicer_rows(options)}, files};
+  return {mesh, goal, making, infill, core, {"The slicer", slicer_rows(options)}, files};
 }
 
 std::vector<Group> verify_groups(Options& options) {
@@ -369,6 +409,9 @@ std::vector<Group> verify_groups(Options& options) {
                   .place = TextPlace{[](const std::string&) {}, [&options] { return options.goal; }}}}};
   append(judging.settings, settings(print_in(options.spec), For::judging));
   append(judging.settings, settings(print_in(options.spec).infill, For::judging));
+  judging.settings.push_back(fixed_row(options,
+                                       "A heavy core, a magnet, a coin: a mesh in mm, where it is in the body. It must have room "
+                                       "there, within 0.1 mm. May be given several times."));
   judging.settings.push_back({.name = "original",
                               .value = "FILE",
                               .words = "required outer surface, of --unit and --size",
@@ -415,7 +458,8 @@ std::string long_name(const Setting& setting) { return setting.name.substr(0, se
 
 // ---------------------------------------------------------------------------------------------------------------------- parsing
 
-using Given = std::map<std::string, std::string>;
+/// Of each option its values, in order.
+using Given = std::map<std::string, std::vector<std::string>>;
 
 /// What was probably meant by an option that there is not.
 std::string hint_for(const std::string& option, const std::vector<std::string>& names) {
@@ -436,7 +480,10 @@ Given split(int argc, const char* const* argv, const std::vector<Group>& groups)
       if (s.value.empty()) {
         accepted.add_options()(s.name.c_str(), "");
       } else {
-        accepted.add_options()(s.name.c_str(), po::value<std::string>(), "");
+        if (s.repeated)
+          accepted.add_options()(s.name.c_str(), po::value<std::vector<std::string>>(), "");
+        else
+          accepted.add_options()(s.name.c_str(), po::value<std::string>(), "");
         takes_value.insert("--" + long_name(s));
       }
     }
@@ -459,7 +506,7 @@ Given split(int argc, const char* const* argv, const std::vector<Group>& groups)
                                           .run();
     po::variables_map map;  // complains of what was given twice or lacks its value
     po::store(parsed, map);
-    for (const auto& option : parsed.options) given[option.string_key] = option.value.empty() ? "" : option.value.front();
+    for (const auto& option : parsed.options) given[option.string_key].push_back(option.value.empty() ? "" : option.value.front());
   } catch (const po::unknown_option& error) {
     usage_error(std::string(error.what()) + "." + hint_for(error.get_option_name(), names) + " 'rayrep " + argv[1] +
                 " --help' lists the options.");
@@ -509,14 +556,14 @@ void apply(const std::vector<Group>& groups, const Given& given, Options& option
       if (found == given.end() || s.name == "help") continue;
       if (!s.also.empty() && given.contains(s.also))
         usage_error("Give either --" + std::min(s.name, s.also) + " or --" + std::max(s.name, s.also) + ", not both.");
-      parse(s, found->second);
+      for (const std::string& value : found->second) parse(s, value);
     }
   for (const Group& group : groups) check(group.settings);
   if (options.hollow.bounds != SegmentBounds::paper) return;
   // The paper's bounds are those of its own solver.
   if (!given.contains("solver")) options.hollow.solver = Solver::rays;
   if (options.hollow.solver != Solver::rays)
-    usage_error("--bounds paper belongs to --solver rays; this is --solver " + given.at("solver") + ".");
+    usage_error("--bounds paper belongs to --solver rays; this is --solver " + given.at("solver").front() + ".");
 }
 
 void note_in_force(const std::vector<Group>& groups, Options& options) {
@@ -548,6 +595,7 @@ void check_print(const Given& given, Options& options) {
 /// @throws Error{usage} for what --each does not go with
 void check_each(const Options& options) {
   if (!options.each) return;
+  if (!options.fixed.empty()) usage_error("--fixed does not say which body it is in: save each as a file of its own.");
   if (options.rigid) usage_error("--rigid makes one body of all, --each treats them one by one: give either.");
   if (options.suggest) usage_error("--suggest is for one body: save each as a file of its own, or leave --each or --suggest out.");
   if (!options.original.empty())
@@ -614,10 +662,10 @@ void choose_infill(const Given& given, Options& options) {
   if (options.command != Command::hollow) return;
   Print& print = print_in(options.spec);
   Infill& infill = print.infill;
-  if (given.contains("cavity") && given.at("cavity") == "void" && infill.wanted())
+  if (given.contains("cavity") && given.at("cavity").front() == "void" && infill.wanted())
     usage_error("--cavity void has no infill: leave it or --infill out.");
   if (!infill.wanted()) {
-    if (given.contains("cavity") && given.at("cavity") == "infill") usage_error("--infill 0 is --cavity void.");
+    if (given.contains("cavity") && given.at("cavity").front() == "infill") usage_error("--infill 0 is --cavity void.");
     if (given.contains("infill")) return;  // 0: what else is said of it does not matter
     Infill none;
     for (const Setting& s : settings(none, For::making))
@@ -653,6 +701,12 @@ void choose_output(Options& options) {
   if (sparse && !can_write_infill(options.output))
     usage_error("Where to print sparsely is told by a modifier, which only 3MF holds: end '" + options.output.string() +
                 "' in .3mf.");
+  const Print& print = print_of(options.spec);
+  if (print.core.wanted() || print.balls.wanted()) {
+    const std::string name =
+        options.output.stem().string() + (print.core.wanted() ? "_core" : "_balls") + options.output.extension().string();
+    options.insert_output = options.output.parent_path() / name;
+  }
   if (!can_write(options.output))
     usage_error("Cannot tell what to write from the name '" + options.output.string() + "': end it in .stl, .obj, .ply or .3mf.");
 }
@@ -686,17 +740,29 @@ std::optional<std::string> text_for(const std::string& word, const std::string& 
 
 }  // namespace
 
+double Options::insert_density() const {
+  const Print& made = print_of(spec);
+  return made.core.wanted() ? made.core.density_g_cm3 : made.balls.density_g_cm3;
+}
+
 void refuse_overwriting(const Options& options) {
   const auto same = [](const std::filesystem::path& a, const std::filesystem::path& b) {
     std::error_code ignored;
     return !a.empty() && !b.empty() && (std::filesystem::equivalent(a, b, ignored) || a.lexically_normal() == b.lexically_normal());
   };
-  if (same(options.output, options.input))
-    usage_error("The output '" + options.output.string() + "' is the input itself: choose another name with --output.");
+  std::vector<std::filesystem::path> read = {options.input, options.original};
+  for (const FixedFile& file : options.fixed) read.push_back(file.path);
+  for (const auto& output : {options.output, options.insert_output})
+    for (const auto& input : read)
+      if (same(output, input))
+        usage_error("The output '" + output.string() + "' is " + (input == options.input ? "the input itself" : "read, too") +
+                    ": choose another name with --output.");
   const std::pair<const char*, std::filesystem::path> texts[] = {
       {"report", options.report}, {"urdf", options.urdf}, {"mjcf", options.mjcf}, {"gcode", options.gcode}};
   for (const auto& [name, text] : texts) {
-    for (const auto& mesh : {options.input, options.original, options.output})
+    std::vector<std::filesystem::path> meshes = read;
+    meshes.insert(meshes.end(), {options.output, options.insert_output});
+    for (const auto& mesh : meshes)
       if (same(text, mesh))
         usage_error("The " + std::string(name) + " '" + text.string() + "' would overwrite a mesh: choose another name with --" +
                     name + ".");
@@ -769,7 +835,7 @@ std::vector<Options> defaults_of_all_goals(const Syntax& syntax) {
 }
 
 std::string quoted(const std::string& word) {
-  const auto plain = [](unsigned char c) { return std::isalnum(c) || c == '.' || c == ',' || c == '/' || c == '_' || c == '-'; };
+  const auto plain = [](unsigned char c) { return std::isalnum(c) || (c != '\0' && std::strchr(".,/_-=", c) != nullptr); };
   if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return word;
   if (printable(word) != word || word.find('\n') != std::string::npos) {
     std::string text = "$'";
@@ -846,8 +912,11 @@ std::string judging_command(const Options& options, const Spec& spec, const std:
   std::string text = "rayrep verify " + quoted(output) + " --goal " + judging.goal;
   const std::vector<Group> now = groups_of(syntax, judging);
   const std::vector<Group> before = groups_of(syntax, usual);
-  static const std::set<std::string> kOther = {"unit",   "size",  "memory",  "goal",    "each", "original",
-                                               "report", "quiet", "verbose", "threads", "help"};
+  for (const FixedFile& file : options.fixed) text += " --fixed " + quoted(file.path.string() + "=" + text_of(file.density_g_cm3));
+  if (!options.insert_output.empty())
+    text += " --fixed " + quoted(options.insert_output.string() + "=" + text_of(options.insert_density()));
+  static const std::set<std::string> kOther = {"fixed",    "unit",   "size",  "memory",  "goal",    "each",
+                                               "original", "report", "quiet", "verbose", "threads", "help"};
   for (std::size_t g = 0; g < now.size(); ++g)
     for (std::size_t n = 0; n < now[g].settings.size(); ++n) {
       const Setting& s = now[g].settings[n];
@@ -876,10 +945,10 @@ Options parse_command_line(int argc, const char* const* argv) {
     options.text = help_text(syntax);
     return options;
   }
-  if (!given.contains("input") || given.at("input").empty()) usage_error("Name the mesh: rayrep " + word + " MESH.");
-  options.input = given.at("input");
+  if (!given.contains("input") || given.at("input").front().empty()) usage_error("Name the mesh: rayrep " + word + " MESH.");
+  options.input = given.at("input").front();
   if (syntax.command == Command::verify) {
-    if (given.contains("goal")) options.goal = given.at("goal");
+    if (given.contains("goal")) options.goal = given.at("goal").front();
     options.spec = goal_named(options.goal).spec;
     refuse_other_goals(given, syntax, options);
   }

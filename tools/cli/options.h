@@ -19,6 +19,12 @@ namespace rayrep::tool {
 
 enum class Command { hollow, verify, inspect, measure, text };
 
+/// A file with a body that is not printed.
+struct FixedFile {
+  std::filesystem::path path;
+  double density_g_cm3 = 0;
+};
+
 /// The command line, parsed and checked as far as that is possible without the mesh.
 struct Options {
   Command command = Command::text;
@@ -33,13 +39,14 @@ struct Options {
   bool rigid = false;             ///< bodies that do not touch are held together by something
   bool each = false;              ///< bodies that do not touch are treated one by one
 
-  std::string goal = "float";  ///< hollow, verify: one of the goals' words
-  Spec spec;                   ///< hollow, verify: what MESH is, or shall be, for
-  Print print;                 ///< inspect, measure
-  bool density_given = false;  ///< by --density or --material
-  PrintedOptions printed;      ///< of a file for a printer: how it is read,
-  PlacePrintOptions placing;   ///< and how the mesh lies in it, but for
-  double turned_deg = 0;       ///< by which it is turned on the bed
+  std::string goal = "float";    ///< hollow, verify: one of the goals' words
+  Spec spec;                     ///< hollow, verify: what MESH is, or shall be, for
+  Print print;                   ///< inspect, measure
+  bool density_given = false;    ///< by --density or --material
+  PrintedOptions printed;        ///< of a file for a printer: how it is read,
+  PlacePrintOptions placing;     ///< and how the mesh lies in it, but for
+  double turned_deg = 0;         ///< by which it is turned on the bed
+  std::vector<FixedFile> fixed;  ///< hollow, verify: in mm, in the place where they are in the body
   HollowOptions hollow;
 
   SlicerOptions slicer;                   ///< hollow: no program: the mesh alone
@@ -48,15 +55,17 @@ struct Options {
   std::filesystem::path sliced_mesh;      ///< what this command made before; both or neither
   std::optional<double> measured_mass_g;  ///< of a print, by a scale: tells the density
 
-  std::filesystem::path output;  ///< empty: the default name
+  std::filesystem::path output;         ///< empty: the default name
+  std::filesystem::path insert_output;  ///< of a heavy core or balls; empty: there are none
   ThreeMfFlavor flavor = ThreeMfFlavor::prusa;
   std::filesystem::path
       original;  ///< verify: the surface that must be unchanged; measure: where the print is looked for; may be empty
   std::filesystem::path report;  ///< empty: none
   std::filesystem::path urdf;    ///< target, inspect; empty: none
   std::filesystem::path mjcf;
-  bool suggest = false;    ///< print command lines that would succeed when this one cannot
-  bool no_advice = false;  ///< do not look for them
+  double insert_density() const;  ///< of what is in insert_output
+  bool suggest = false;           ///< print command lines that would succeed when this one cannot
+  bool no_advice = false;         ///< do not look for them
   bool json = false;
   bool quiet = false;
   bool verbose = false;

@@ -184,7 +184,8 @@ void refuse_loose_bodies(const Options& options, ReadMesh& mesh, const Progress&
 void require_outputs(const Options& options) {
   constexpr std::int64_t kOld_s = 3600;
   std::vector<std::filesystem::path> files;
-  if (!options.output.empty()) files.push_back(options.output);
+  for (const auto& mesh : {options.output, options.insert_output})
+    if (!mesh.empty()) files.push_back(mesh);
   for (const auto& text : {options.report, options.urdf, options.mjcf, options.gcode})
     if (!text.empty() && !is_stream(text)) files.push_back(text);
   for (const auto& file : files) {
@@ -233,7 +234,8 @@ std::filesystem::path numbered(const std::filesystem::path& path, std::size_t nu
 /// The options for one body of many.
 Options options_for(const Options& options, std::size_t number) {
   Options one = options;
-  for (std::filesystem::path* path : {&one.output, &one.report, &one.urdf, &one.mjcf, &one.gcode}) *path = numbered(*path, number);
+  for (std::filesystem::path* path : {&one.output, &one.insert_output, &one.report, &one.urdf, &one.mjcf, &one.gcode})
+    *path = numbered(*path, number);
   refuse_overwriting(one);
   require_outputs(one);
   return one;
@@ -283,24 +285,57 @@ std::string judged_again(const Options& options, const RunReport& report, bool w
          "\n";
 }
 
+/// The bodies that are not printed. @throws Error{input} for one that is not closed
+std::vector<Part> read_fixed(const Options& options, const Progress& progress) {
+  std::vector<Part> parts;
+  for (const FixedFile& file : options.fixed) {
+    const MeshFile read = read_mesh(file.path, {.memory_bytes = options.memory_bytes});
+    CheckedMesh checked = check_mesh(read.mesh, {.self_intersections = false}, progress);
+    if (!checked.report.usable) throw Error(ErrorCode::input, file.path.string() + ": " + checked.report.refusal);
+    parts.push_back({.mesh = std::move(checked.mesh), .role = Part::Role::insert, .density_g_cm3 = file.density_g_cm3});
+  }
+  return parts;
+}
+
 struct ToDeliver {
   const Options& options;
   const Mesh& solid;
   const SlicedBodies* sliced;  ///< null: the mesh alone is judged
 };
 
-/// Writes the hollowed mesh beside its final place, has it judged as re-read from disk, and puts it in place if it passes.
+/// Writes the hollowed mesh and a core beside their final places, has them judged as re-read from disk, and puts them in place if
+/// they pass.
 void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Progress& progress) {
   const auto& [options, solid, sliced] = what;
   HollowResult& hollow = *report.hollow;
   progress.begin("write");
   PendingFile pending(options.output);
-  report.delivered_triangles = hollow.delivery.triangles();
+  report.delivered_triangles = hollow.delivery.solid().triangles.size();
   pending.write(hollow.delivery, options.flavor);
+  // What is put in: what was made for it, and the user's own.
+  Part made{{}, Part::Role::insert, options.insert_density()};
+  std::vector<Part> put_in;
+  for (const Part& part : hollow.delivery.parts)
+    if (part.role == Part::Role::insert) put_in.push_back(part);
+  const std::size_t count = put_in.size() - options.fixed.size();
+  const bool first = hollow.balls.empty();  // a core; balls come last
+  const auto begin = put_in.begin() + static_cast<std::ptrdiff_t>(first ? 0 : options.fixed.size());
+  std::for_each(begin, begin + static_cast<std::ptrdiff_t>(count), [&made](const Part& part) { append(made.mesh, part.mesh); });
+  put_in.erase(begin, begin + static_cast<std::ptrdiff_t>(count));
+  report.pauses_mm = hollow.delivery.pauses_mm;
   hollow.delivery = {};
+  constexpr ReadOptions kAnySize{.memory_bytes = std::numeric_limits<std::size_t>::max()};
+  std::optional<PendingFile> insert;
+  if (count > 0) {
+    insert.emplace(options.insert_output);
+    insert->write({{{.mesh = made.mesh}}});
+    made.mesh = read_mesh(insert->path(), kAnySize).mesh;
+    report.insert = {options.insert_output.string(), mass_properties(made.mesh, made.density_g_cm3)};
+    put_in.push_back(std::move(made));
+  }
   progress.begin("verify");
-  const Delivery delivered = delivery_of(read_mesh(pending.path(), {.memory_bytes = std::numeric_limits<std::size_t>::max()}),
-                                         print_of(hollow.spec).infill.percent_laid_down);
+  Delivery delivered = delivery_of(read_mesh(pending.path(), kAnySize), print_of(hollow.spec).infill.percent_laid_down);
+  delivered.parts.insert(delivered.parts.end(), put_in.begin(), put_in.end());
   report.after = sliced ? sliced->judged(delivered, solid, report, progress) : verify(delivered, &solid, hollow.spec, {}, progress);
   report.before = state_figures(solid, hollow.spec, {}, progress);
   report.timings_s = stages.finish();
@@ -321,6 +356,7 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   const bool replaced = std::filesystem::exists(options.output, ignored);
   progress.check();
   const Uninterrupted whole(!options.each);
+  if (insert) insert->commit();
   pending.commit();
   if (sliced) sliced->deliver(hollow.best_slice);
   report.output = options.output.string();
@@ -353,8 +389,9 @@ void require_room_for_wall(const Options& options, const Mesh& solid) {
   throw Error(ErrorCode::input, text);
 }
 
-HollowOptions hollow_options(const Options& options) {
+HollowOptions hollow_options(const Options& options, const Progress& progress) {
   HollowOptions how = options.hollow;
+  for (Part& part : read_fixed(options, progress)) how.fixed.push_back({std::move(part)});
   how.as_stored = [&options](const Mesh& mesh) { return as_stored(options.output, mesh); };
   return how;
 }
@@ -363,7 +400,7 @@ void hollow_one(const Options& options, const ReadMesh& input, Stages& stages, c
   const Mesh& solid = input.checked.mesh;
   require_room_for_wall(options, solid);
   RunReport report = start_report(options, input);
-  HollowOptions how = hollow_options(options);
+  HollowOptions how = hollow_options(options, progress);
   std::optional<SlicedBodies> sliced;
   if (!options.slicer.program.empty() || !options.as_sliced.empty()) {
     sliced.emplace(options, progress);
@@ -409,8 +446,10 @@ void verify_one(const Options& options, const ReadMesh& mesh, Stages& stages, co
   RunReport report = start_report(options, input);
   progress.begin("verify");
   try {
-    const Delivery delivered = delivery_of({.mesh = input.checked.mesh, .format = "", .notes = {}, .modifiers = input.modifiers},
-                                           print_of(options.spec).infill.percent_laid_down);
+    Delivery delivered = delivery_of({.mesh = input.checked.mesh, .format = "", .notes = {}, .modifiers = input.modifiers},
+                                     print_of(options.spec).infill.percent_laid_down);
+    const std::vector<Part> fixed = read_fixed(options, progress);
+    delivered.parts.insert(delivered.parts.end(), fixed.begin(), fixed.end());
     report.after = verify(delivered, original ? &original->checked.mesh : nullptr, options.spec, {}, progress);
   } catch (const Error& error) {
     // The check says better than the judge what is wrong with a mesh that has no inside.
@@ -429,7 +468,9 @@ void verify_printed(const Options& options, Stages& stages, const Progress& prog
   Spec spec = options.spec;
   std::visit([&](auto& s) { s.print.density_g_cm3 = report.print->density_g_cm3; }, spec);
   progress.begin("verify");
-  report.after = verify_print(original.checked.mesh, report.print->placed->s, spec, {}, progress);
+  const Moments put_in = insert_moments(Delivery{read_fixed(options, progress)}, report.print->density_g_cm3);
+  report.after = verify_print(original.checked.mesh, report.print->placed->s + put_in, spec, {}, progress);
+  if (!options.fixed.empty()) report.after.notes.emplace_back("Whether what is put in has room in the print is not judged.");
   tell_verdict(options, report, stages);
 }
 
@@ -507,7 +548,7 @@ Advice advise_repair(const Options& options, const Progress& progress, const std
   refuse_unusable(input);
   refuse_loose_bodies(repairing, input, progress);
   Advice advice{{}, "--repair"};
-  const HollowOptions how = hollow_options(options);
+  const HollowOptions how = hollow_options(options, progress);
   const HollowResult result = hollow(input.checked.mesh, options.spec, how, progress);
   if (!verify(result.delivery, &input.checked.mesh, result.spec, {}, progress).pass()) return advice;
   advice.suggestions.push_back({"the holes closed by a guess", {{"repair", ""}}});
@@ -525,7 +566,7 @@ Advice advise(const Options& options, const std::function<bool()>& cancelled, co
   if (!input.checked.report.usable && input.checked.report.repairable) return advise_repair(options, progress, found);
   refuse_unusable(input);
   refuse_loose_bodies(options, input, progress);
-  return suggest(input.checked.mesh, options.spec, hollow_options(options), progress, found);
+  return suggest(input.checked.mesh, options.spec, hollow_options(options, progress), progress, found);
 }
 
 void run(const Options& options, const std::function<bool()>& cancelled) {

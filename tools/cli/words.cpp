@@ -35,7 +35,8 @@ std::string wrapped(const std::string& text, std::size_t column) {
   for (std::size_t begin = 0; begin < text.size();) {
     const std::size_t end = std::min(text.find(' ', begin), text.size());
     if (at > column && at + (end - begin) > kWidth) {
-      out += "\n" + std::string(column, ' ');
+      out.back() = '\n';  // for the blank before it
+      out += std::string(column, ' ');
       at = column;
     }
     out += text.substr(begin, end - begin) + (end < text.size() ? " " : "");
@@ -221,10 +222,10 @@ std::string help_text(const Syntax& syntax) {
   std::string text = syntax.headline;
   constexpr std::size_t column = 34;
   const Everything everything(syntax);
+  std::string rare;
   for (const Group& group : everything.groups) {
     // The goals that verify may judge by are told close together: its help fits a screen.
     text += (group.heading.rfind("Goal ", 0) == 0 ? "" : "\n") + group.heading + ":\n";
-    std::string rare;
     for (const Setting& s : group.settings) {
       if (s.rare) {
         rare += " --" + s.name;
@@ -234,8 +235,8 @@ std::string help_text(const Syntax& syntax) {
       line += line.size() + 1 < column ? std::string(column - line.size(), ' ') : "\n" + std::string(column, ' ');
       text += line + wrapped(s.words, column) + "\n";
     }
-    if (!rare.empty()) text += "  and, told by the man page:\n    " + wrapped(rare.substr(1), 4) + "\n";
   }
+  if (!rare.empty()) text += "\nAnd, told by the man page:\n  " + wrapped(rare.substr(1), 2) + "\n";
   return text;
 }
 

@@ -270,6 +270,24 @@ ExampleShape robin() {
   return {"robin", field, {Vector3d(-40, -28, -4), Vector3d(40, 28, 52)}, 1.13};
 }
 
+/// A wrestler in a squat with raised arms, looking along x, on a tip between the feet: so tall for its girth that no cavity makes
+/// it a top, a heavy core does.
+ExampleShape sumo() {
+  const Frame foot({7, 29, 7}, 0, 0, 0);
+  const auto field = [=](const Vector3d& p) {
+    const Vector3d q = mirrored(p);
+    double f = blend(ellipsoid(p - Vector3d(3, 0, 33), {25, 27, 21}), ellipsoid(p - Vector3d(0, 0, 51), {17, 23, 15}), 14);
+    f = blend(f, round_cone(q, {2, 15, 24}, 12, {4, 28, 13}, 8.5), 8);
+    f = blend(f, ellipsoid(foot(q), {12, 7, 5}), 6);
+    f = blend(f, round_cone(q, {0, 21, 56}, 8, {5, 35, 66}, 6), 6);
+    f = blend(f, round_cone(q, {5, 35, 66}, 6, {9, 33, 79}, 5), 3);
+    f = blend(f, sphere(p, {4, 0, 74}, 13), 6);
+    f = blend(f, ellipsoid(p - Vector3d(-2, 0, 88), {6, 4, 4}), 3);
+    return blend(f, round_cone(p, {0, 0, 11}, 7, {0, 0, 2}, 2), 5);
+  };
+  return {"sumo", field, {Vector3d(-40, -55, -4), Vector3d(45, 55, 98)}, 1.6};
+}
+
 /// A heart in the xz plane that stands on its blunted point.
 ExampleShape heart() {
   const auto field = [](const Vector3d& p) {
@@ -424,7 +442,7 @@ void flip_edges(const ExampleShape& shape, Mesh& mesh) {
 }  // namespace
 
 std::vector<ExampleShape> example_shapes() {
-  return {duck(), bird(), three_spheres(), tilted_ellipsoid(), heart(), teapot(), plump_ellipsoid(), robin()};
+  return {duck(), bird(), three_spheres(), tilted_ellipsoid(), heart(), teapot(), plump_ellipsoid(), robin(), sumo()};
 }
 
 Mesh mesh_example(const ExampleShape& shape) {

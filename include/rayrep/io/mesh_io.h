@@ -65,7 +65,8 @@ void write_mesh(const std::filesystem::path& path, const Mesh& mesh);
 /// Kinds that can hold where to print sparsely: .3mf.
 bool can_write_infill(const std::filesystem::path& path);
 
-/// Writes the parts as one object, sparse regions as modifiers with their infill and without solid layers of their own.
+/// Writes the parts as one object, sparse regions as modifiers with their infill and without solid layers of their own; 3MF also
+/// with pauses, for PrusaSlicer. Inserts are not written.
 /// @throws Error as write_mesh; Error{usage} for sparse regions in a file that is not 3MF
 void write_delivery(const std::filesystem::path& path, const Delivery& delivery, ThreeMfFlavor flavor = ThreeMfFlavor::prusa);
 

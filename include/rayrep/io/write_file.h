@@ -44,9 +44,10 @@ private:
   std::filesystem::path path_;
 };
 
-/// Whose way of telling modifiers a 3MF file speaks: no single file serves all.
-enum class ThreeMfFlavor { prusa, bambu };
-inline constexpr const char* kThreeMfFlavorNames[] = {"prusa", "bambu"};
+/// Whose way of telling modifiers a 3MF file speaks: no single file serves all. core: nobody's, body and sparse regions are meshes
+/// of their own whose names say what they are.
+enum class ThreeMfFlavor { prusa, bambu, core };
+inline constexpr const char* kThreeMfFlavorNames[] = {"prusa", "bambu", "core"};
 
 /// A mesh file that is written beside its place, to be judged as it stands on the disk, and gets its name only with commit().
 /// Without it nothing is left behind. Links and permissions as for write_text_file; devices and pipes are refused.

@@ -251,21 +251,22 @@ Verdict verify(const Mesh& delivered, const Mesh* original, const Spec& spec, co
 Verdict verify_print(const Mesh& original, const Moments& printed, const Spec& spec, const Limits& limits = {},
                      const Progress& progress = {});
 
-/// A mesh and what a printer lays down for it.
-struct PrintedMesh {
-  const Mesh& mesh;
-  const Moments& printed;  ///< unit density, in the frame of the mesh
+/// What is delivered and what a printer lays down for it.
+struct PrintedDelivery {
+  const Delivery& delivery;
+  const Moments& printed;  ///< unit density, in the frame of the meshes
 };
 
-/// Judges both: of the mesh its surface (closed, outer_unchanged, no_islands, no_crossings, wall, trapped_resin), of the print what
-/// verify_print judges.
+/// Judges both: of the meshes their surface (closed, outer_unchanged, no_islands, no_crossings, wall, trapped_resin; sparse regions
+/// are held to what cavities are held to), of the print, with what is put into it, what verify_print judges. Then, of what is put
+/// in, by the figures `inserts`:
+///   inserts_fit  mm: how deep it reaches into the print, out of it, or into another one: 0.1. Infinite for one that is not closed.
 /// @throws Error as verify
-Verdict verify(const PrintedMesh& delivered, const Mesh& original, const Spec& spec, const Limits& limits = {},
+Verdict verify(const PrintedDelivery& delivered, const Mesh* original, const Spec& spec, const Limits& limits = {},
                const Progress& progress = {});
 
-/// Judges what a slicer is told: as a mesh where no part is sparse. Else the surfaces of the sparse regions are held to all that
-/// cavities are held to (closed, no_islands, no_crossings, wall), and moments are those of moments_of: the shares are assumed, and
-/// the verdict says so.
+/// Judges what a slicer is told: as a mesh where no part is sparse and nothing is put in. Else as above, with the moments of
+/// moments_of: the shares of the infill are assumed, and the verdict says so.
 /// @throws Error as verify
 Verdict verify(const Delivery& delivered, const Mesh* original, const Spec& spec, const Limits& limits = {},
                const Progress& progress = {});

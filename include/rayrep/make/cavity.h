@@ -15,6 +15,8 @@ namespace rayrep {
 struct CavityOptions {
   double wall_mm = 1.2;
   double min_cavity_mm3 = 4.0;  ///< smaller cavities are left out: they cannot be printed
+  double inset_mm = 0;          ///< at least so far from q.phi = 0, too
+  double clearance_mm = 0;      ///< and so much farther from the surface than the wall; less than a step of the grid
   /// What becomes of a mesh when it is delivered (turned back, rounded to what the file stores): no triangles may cross then.
   /// Empty: nothing.
   std::function<Mesh(const Mesh&)> as_delivered;
@@ -39,6 +41,8 @@ struct CavityMesh {
 /// other are parted: theory.md (16f). Where the surface crosses itself as delivered for all that (slits thinner than a cell) the
 /// cavity is closed: the samples there are set to outside in `field`, and the mesh is made again, until it is free of
 /// self-intersections or nothing is left to close. Whether the shells are closed is for a judge to say.
+/// With an inset the cavity ends where |q.phi| = |grad q.phi| d + |H| d^2 / 2, H the Hessian, is d = inset: nowhere nearer to
+/// q.phi = 0 than that.
 /// @param field  wall - distance, see InnerDomain
 /// @param q      switching function: material is where q.phi < 0
 CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Moments& q, const CavityOptions& options);

@@ -38,6 +38,11 @@ struct HollowOptions {
   /// empty: a print is taken to be its mesh. With it the body is made such that not its mesh but its print meets the goal.
   /// theory.md (45)
   std::function<Moments(const Delivery&)> as_printed;
+  /// Bodies inside that are not printed (a magnet, a bolt, a coin): known masses, whose room is kept free and as far from surface
+  /// and cavities as the wall. In the frame of the mesh that is given, facing outward.
+  std::vector<FixedBody> fixed = {};
+  /// Heights above the lowest point at which the print is paused to put them in; empty: those of the tops of their rooms.
+  std::vector<double> pauses_mm = {};
   int max_slices = 3;  ///< how often as_printed is asked
   /// No further slice is made once a print misses mass and offset by no more than this (as as_built_tolerance).
   double as_printed_tolerance = 3e-5;
@@ -45,6 +50,12 @@ struct HollowOptions {
 
 /// The rows that set them, those that mean something for such a spec.
 Settings settings(HollowOptions& options, const Spec& spec);
+
+/// One of Print::balls.
+struct Ball {
+  Eigen::Vector3d centre_mm;  ///< in the frame of the mesh that was given
+  double pause_mm = 0;        ///< above the lowest point along the print's direction: the height of the layer above its pocket
+};
 
 /// A hollowed body and how it came about.
 struct HollowResult {
@@ -64,6 +75,7 @@ struct HollowResult {
   /// the wanted centre of mass, as far as given, at the origin and z along the rays.
   Eigen::Affine3d to_working = Eigen::Affine3d::Identity();
   Moments q = Moments::Zero();  ///< working frame: material of the inner domain is where q.phi < 0, the cavity where q.phi > 0
+  double price = 0;             ///< with a limit on the core's volume: it is where q.phi < -price, and plain material in between
   SolveReport solve;            ///< of the last pass
   int solver_iterations = 0;    ///< over all passes
   int passes = 0;
@@ -77,6 +89,8 @@ struct HollowResult {
   std::size_t best_slice = 0;  ///< which of them is delivered
   bool gave_way = false;       ///< the prints jumped past the waterline that was found: it is that of the print now
   double wall_mm = 0;          ///< of the cavity: thicker than asked for when all ten numbers of a target were wanted
+
+  std::vector<Ball> balls;  ///< in the order in which they are put in
 
   // What is proven.
   std::optional<double> duality_gap;  ///< (objective - proven lower bound) / |bound| on these rays, last pass; may be -1e-7

@@ -33,6 +33,8 @@ struct Part {
 /// What a maker gives out: what is written, and what a judge is told of.
 struct Delivery {
   std::vector<Part> parts;
+  /// Heights above the bed at which the print is paused to put something in, ascending.
+  std::vector<double> pauses_mm = {};
 
   /// All parts of that role in one mesh.
   Mesh mesh_of(Part::Role role) const;
@@ -40,6 +42,8 @@ struct Delivery {
   std::size_t triangles() const;  ///< of all parts
   /// Parts of the body are filled sparsely.
   bool has_infill() const;
+  /// Something is put into the body that is not printed.
+  bool has_inserts() const;
   /// What is solid: the body without what is filled sparsely, whose surface is turned inward.
   Mesh solid() const;
 };

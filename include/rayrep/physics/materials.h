@@ -19,6 +19,18 @@ const std::vector<Material>& materials();
 /// The material of that name, in any case. @throws Error{usage} listing the known names.
 const Material& material(const std::string& name);
 
+/// What a heavy core is made of.
+struct CoreMaterial {
+  const char* name;
+  double density_g_cm3;  ///< of what is poured: of the heap, with the air in it
+  bool poured;           ///< grains, which need a closed room; else cast or cut
+  const char* source;
+};
+const std::vector<CoreMaterial>& core_materials();
+
+/// @throws Error{usage} listing the known names
+const CoreMaterial& core_material(const std::string& name);
+
 /// A fluid to float in, by name.
 struct Fluid {
   const char* name;

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "rayrep/base/setting.h"
+#include "rayrep/physics/core.h"
 #include "rayrep/physics/inertial.h"
 #include "rayrep/physics/infill.h"
 #include "rayrep/physics/spin.h"
@@ -24,7 +26,17 @@ struct Print {
   double liquid_g_cm3 = 0;      ///< of what stays uncured in a sealed cavity, see Material; 0: nothing does
   bool drained = false;         ///< nothing does all the same: the cavities are drained after the print, and closed again
   Infill infill = {};           ///< of a maker: what the cavities hold; a judge takes it from the file
+  Core core = {};               ///< of a maker: what a part of the cavity holds; a judge is given it as an insert
+  Balls balls = {};             ///< of a maker, likewise
 };
+
+/// What the inside is made of, by densities over that of the print: the lighter where q.phi > 0 (theory.md (47)).
+struct Phases {
+  double light = 0;
+  double heavy = 1;
+  double most_mm3 = std::numeric_limits<double>::infinity();  ///< of the heavy one, with the print's own material in its place
+};
+Phases phases_of(const Print& print);
 
 /// Floats upright.
 struct FloatSpec {
@@ -110,6 +122,8 @@ using Spec = std::variant<FloatSpec, SpinSpec, StandSpec, TargetSpec>;
 /// The rows that set a spec; they keep references to it. @param purpose  leaves out what the other one alone asks for
 Settings settings(Print& print, Setting::For purpose);
 Settings settings(Infill& infill, Setting::For purpose);
+Settings settings(Core& core, Setting::For purpose);
+Settings settings(Balls& balls, Setting::For purpose);
 Settings settings(FloatSpec& spec, Setting::For purpose);
 Settings settings(SpinSpec& spec, Setting::For purpose);
 Settings settings(StandSpec& spec, Setting::For purpose);

@@ -29,6 +29,19 @@ public:
   Pass pass(const Moments& q, double blur = 0) const;
   Moments moments(const Moments& q) const;
 
+  /// Of the domain where what fills it costs `price` per unit of q.phi: filled where q.phi < -price, with the substitute where
+  /// -price < q.phi < 0. theory.md (49)
+  struct Priced {
+    Pass pass;              ///< of both
+    double filled_mm3 = 0;  ///< volume
+    double cost = 0;        ///< so much more than q.moments it costs
+  };
+  Priced priced(const Moments& q, double price, double blur = 0) const;
+
+  /// No interior whose filled volume is at most RayGrid::most_mm3 has a smaller q.S. @param price  any; 0 where there is no limit
+  double least(const Moments& q, double price) const;
+
+  const RayGrid& grid() const { return grid_; }
   const Moments& full() const { return full_; }                  ///< of the whole domain
   std::size_t intervals() const { return intervals_; }           ///< of the domain
   std::size_t bytes() const { return 24 * lo_.size(); }          ///< that a pass reads
@@ -42,6 +55,7 @@ private:
   template <bool kWithSpread>
   Pass sum(const Moments& q, double blur) const;
 
+  RayGrid grid_;
   // Everything over length_, the largest coordinate, so that all powers are of order 1.
   double length_ = 1;
   double area_ = 0;

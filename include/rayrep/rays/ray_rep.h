@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace rayrep {
@@ -23,6 +24,9 @@ struct RayGrid {
   /// By how much more material, per volume, a ray holds where it is full than where it is empty: 1 for solid and void, less than 1
   /// where empty means infill. Moments and their derivatives are proportional to it, volumes are not.
   double weight = 1;
+  /// Of what fills a ray there is no more than this volume, and `substitute` of its weight where it is too dear: theory.md (49).
+  double most_mm3 = std::numeric_limits<double>::infinity();
+  double substitute = 0;
 
   std::size_t size() const { return static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny); }
   Eigen::Vector2d at(std::size_t ray) const;  ///< ray = j nx + i

@@ -52,6 +52,13 @@ struct RunReport {
   std::optional<Measurement> print;                          ///< what was judged is a file for a printer, `input` its original
   std::string output;                                        ///< path; empty when nothing was written
   std::vector<std::pair<std::string, std::string>> options;  ///< as they were in force, by name
+  /// A heavy core, or balls, written as a mesh of their own.
+  struct Insert {
+    std::string path;
+    MassProperties mass;
+  };
+  std::optional<Insert> insert;
+  std::vector<double> pauses_mm;  ///< of the print, to put in what is fixed
   std::size_t delivered_triangles = 0;
   std::optional<HollowResult> hollow;                     ///< none: a verify run
   Figures before;                                         ///< of the solid; empty for a verify run

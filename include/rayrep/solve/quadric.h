@@ -20,6 +20,8 @@ struct QuadricSolution {
   double residual = 0;                ///< relative KKT residual: of s = constant + S(grad F(s) + J^T mu) and of c(s) = 0
   /// Proven for affine goals: no interior on these rays that meets the constraints does better. -infinity otherwise.
   double lower_bound = 0;
+  double price = 0;       ///< of what fills the rays, where there is not enough of it: see RayIntegrals::priced
+  double filled_mm3 = 0;  ///< volume that it takes. When infeasible for lack of it: how much it would take at least; else 0
   /// When infeasible: multipliers y with min over all interiors of y.c(s) > 0, which one pass over the rays can check
   /// (separation_margin). Empty otherwise.
   Eigen::VectorXd separation;
@@ -42,7 +44,8 @@ struct QuadricOptions {
 /// a body on a given height) has one minimum; others may have more, see certify.h.
 /// @param rays      inner domain
 /// @param constant  moments of the rest of the body
-/// Constraints that cannot be met are a result, with proof.
+/// Constraints that cannot be met are a result, with proof. Where the rays' grid says that there is only so much of what fills them
+/// (RayGrid::most_mm3) its price is raised until that is enough: theory.md (49).
 QuadricSolution solve_quadric(const Goal& goal, const RayIntegrals& rays, const Moments& constant,
                               const QuadricOptions& options = {});
 
