@@ -44,6 +44,7 @@ const std::map<std::string, std::set<std::string>> kThirdParty = {
     {"Ip", {"solve_ipopt"}},
     {"pugixml.hpp", {"mesh_io_3mf"}},
     {"zip.h", {"archive"}},
+    {"png.h", {"png_rows"}},
     {"nlohmann/", {"json"}},
     {"fmt/", {"text"}},
     {"boost/", {}},
@@ -65,8 +66,8 @@ const std::vector<std::string> kNeverInLibrary = {
 };
 
 const std::vector<std::string> kNeverInPublicHeaders = {
-    R"(\btbb::)",   R"(\bnlohmann\b)", R"(\bopenvdb\b)", R"(\bRTC[A-Z]\w*)",       R"(\bIpopt\b)",
-    R"(\bboost::)", R"(\bpugi::)",     R"(\bzip_t\b)",   R"(\busing namespace\b)",
+    R"(\btbb::)",   R"(\bnlohmann\b)", R"(\bopenvdb\b)", R"(\bRTC[A-Z]\w*)", R"(\bIpopt\b)",
+    R"(\bboost::)", R"(\bpugi::)",     R"(\bzip_t\b)",   R"(\bpng_\w+)",     R"(\busing namespace\b)",
 };
 
 enum class Place { public_header, library_source };

@@ -3,6 +3,7 @@
 #include <zip.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "rayrep/base/error.h"
 
@@ -25,7 +26,7 @@ struct ZipError {
 
 }  // namespace
 
-Archive::Archive(const FileBytes& file) : file_(file), archive_(nullptr, zip_discard) {
+Archive::Archive(const FileBytes& file, std::string kind) : file_(file), kind_(std::move(kind)), archive_(nullptr, zip_discard) {
   ZipError error;
   zip_source_t* source = zip_source_buffer_create(file.bytes.data(), file.bytes.size(), 0, &error.error);
   if (source != nullptr) {
@@ -34,7 +35,7 @@ Archive::Archive(const FileBytes& file) : file_(file), archive_(nullptr, zip_dis
   }
   if (!archive_)
     fail_read(file, "",
-              concat("a 3MF file is a zip archive, and this one cannot be opened (", error.text(),
+              concat(kind_ == "3MF" ? "a " : "an ", kind_, " file is a zip archive, and this one cannot be opened (", error.text(),
                      "). It is cut off or damaged; export or download it again."));
 }
 
@@ -48,7 +49,7 @@ std::vector<std::string> Archive::names() const {
 
 std::string Archive::read(const std::string& part, std::size_t most) const {
   const zip_int64_t index = locate(part);
-  if (index < 0) fail_read(file_, "", concat("the 3MF archive has no part '", part, "'. Export the model again."));
+  if (index < 0) fail_read(file_, "", concat("the ", kind_, " archive has no part '", part, "'. Export it again."));
   zip_stat_t stat;
   zip_stat_init(&stat);
   zip_stat_index(archive_.get(), static_cast<zip_uint64_t>(index), 0, &stat);
@@ -67,8 +68,8 @@ std::string Archive::read(const std::string& part, std::size_t most) const {
     if (bytes.size() > most) return bytes;
     if (bytes.size() > limit)
       fail_read(file_, concat("part '", part, "'"),
-                concat("it unpacks to more than ", limit >> 20, " MiB from ", packed,
-                       " bytes, which is more than rayrep accepts. Reduce the number of triangles, or save the model as STL."));
+                concat("it unpacks to more than ", limit >> 20, " MiB from ", packed, " bytes, which is more than rayrep accepts. ",
+                       kind_ == "3MF" ? "Reduce the number of triangles, or save the model as STL." : "Is the file damaged?"));
   }
 }
 

@@ -10,11 +10,12 @@ struct zip;
 
 namespace rayrep::detail {
 
-/// A zip archive of named parts, as 3MF files are.
+/// A zip archive of named parts, as 3MF and SL1 files are.
 class Archive {
 public:
-  /// Keeps a reference to the file. @throws Error{input} if it is not a zip archive, or a damaged one
-  explicit Archive(const FileBytes& file);
+  /// Keeps a reference to the file. @param kind  of file, for messages
+  /// @throws Error{input} if it is not a zip archive, or a damaged one
+  explicit Archive(const FileBytes& file, std::string kind = "3MF");
 
   bool has(const std::string& part) const { return locate(part) >= 0; }
   /// The names of all parts, in the order of the archive.
@@ -31,6 +32,7 @@ private:
   [[noreturn]] void fail_damaged(const std::string& part, const char* reason) const;
 
   const FileBytes& file_;
+  std::string kind_;
   std::unique_ptr<zip, void (*)(zip*)> archive_;
 };
 

@@ -2,6 +2,7 @@
 
 #include "io/archive.h"
 #include "io/read_gcode.h"
+#include "io/read_sl1.h"
 
 namespace rayrep {
 
@@ -19,6 +20,12 @@ double Printed::volume_mm3() const {
 }
 
 namespace {
+
+/// Layers for a resin printer.
+bool is_resin(const std::filesystem::path& path) {
+  const std::string ending = detail::lower_case(path.extension().string());
+  return ending == ".sl1" || ending == ".sl1s";
+}
 
 /// A sliced project of Bambu Studio or OrcaSlicer.
 bool is_project(const std::filesystem::path& path) { return detail::lower_case(path.filename().string()).ends_with(".gcode.3mf"); }
@@ -41,12 +48,14 @@ std::string plate_of(const detail::FileBytes& file, std::size_t most_bytes) {
 }  // namespace
 
 bool is_printed(const std::filesystem::path& path) {
+  if (is_resin(path)) return true;
   const std::string ending = detail::lower_case(path.extension().string());
   return ending == ".gcode" || ending == ".gco" || ending == ".g" || is_project(path);
 }
 
 Printed read_printed(const std::filesystem::path& path, const PrintedOptions& options) {
   const std::string bytes = detail::load(path, options.file);
+  if (is_resin(path)) return detail::read_sl1({bytes, path.string()}, options);
   if (is_project(path)) {
     const std::string plate = plate_of({bytes, path.string()}, options.file.memory_bytes);
     return detail::read_gcode({plate, path.string()}, options);

@@ -87,8 +87,10 @@ std::optional<double> turn_seen(const std::vector<Pair>& pairs) {
   return std::atan2(across, along);
 }
 
-/// @param degrees  that the print was said to be turned by
-[[noreturn]] void refuse(const PrintPlacement& placed, const std::vector<Pair>& pairs, double degrees) {
+/// @param notes    of the print, which may say why
+/// @param degrees  that it was said to be turned by
+[[noreturn]] void refuse(const PrintPlacement& placed, const std::vector<Pair>& pairs, const std::vector<std::string>& notes,
+                         double degrees) {
   constexpr double degree = std::numbers::pi / 180;
   std::string why;
   if (const auto turn = turn_seen(pairs); turn && std::abs(*turn) > degree) {
@@ -98,6 +100,7 @@ std::optional<double> turn_seen(const std::vector<Pair>& pairs) {
   } else {
     why = " Was another mesh sliced, several of them, or this one turned or scaled in the slicer? Slice it alone and as it is.";
   }
+  for (const std::string& note : notes) why += " " + note;
   throw Error(ErrorCode::input,
               concat("The print does not look like the mesh: over ", placed.layers, " layers their outlines differ by ",
                      number(100 * placed.area_error, 1), " % of the area, by ", number(placed.size_error_mm, 2),
@@ -172,7 +175,7 @@ PrintPlacement place_print(const Printed& printed, const Mesh& mesh, const Place
   constexpr double largest_error_mm = 0.5;
   if (!(placed.area_error <= largest_area_error && placed.size_error_mm <= largest_error_mm &&
         placed.centre_error_mm <= largest_error_mm))
-    refuse(placed, pairs, options.turned_rad * 180 / std::numbers::pi);
+    refuse(placed, pairs, printed.notes, options.turned_rad * 180 / std::numbers::pi);
   add_notes(printed, box.sizes().z(), placed);
   return placed;
 }

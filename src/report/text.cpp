@@ -329,10 +329,12 @@ std::string heading_text(const Measurement& measurement) {
   if (printed.told_volume_mm3) {
     const double all = printed.volume_mm3();
     const double off = 100 * (all / *printed.told_volume_mm3 - 1);
-    text += format("  The slicer says \"%s\": %.3f cm3; its moves lay down %.3f cm3 (%+.3f %%).\n", printed.told,
+    text += format("  The slicer says \"%s\": %.3f cm3; the file lays down %.3f cm3 (%+.3f %%).\n", printed.told,
                    *printed.told_volume_mm3 / 1000, all / 1000, std::abs(off) < 5e-4 ? 0.0 : off);
   }
-  if (!measurement.density_told)
+  if (!measurement.density_told && printed.usual_density_g_cm3 == measurement.density_g_cm3)
+    text += format("  Density %g g/cm3, as resins have: the file does not say it (--density).\n", measurement.density_g_cm3);
+  else if (!measurement.density_told)
     text += format("  Density %g g/cm3.\n", measurement.density_g_cm3);
   else
     text += format("  Density %g g/cm3, as the file says.\n", measurement.density_g_cm3);

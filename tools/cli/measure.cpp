@@ -13,7 +13,7 @@ Measurement measured(const Options& options, const Mesh* mesh, const std::string
   const Printed& printed = result.printed;
   result.density_told = !options.density_given && printed.density_g_cm3.has_value();
   const Print& print = options.command == Command::verify ? print_of(options.spec) : options.print;
-  result.density_g_cm3 = result.density_told ? *printed.density_g_cm3 : print.density_g_cm3;
+  result.density_g_cm3 = options.density_given ? print.density_g_cm3 : printed.likely_density_g_cm3().value_or(print.density_g_cm3);
   Moments s = printed.body();
   if (!(s[M1] > 0))
     throw Error(ErrorCode::input, result.path +

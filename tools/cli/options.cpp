@@ -420,7 +420,7 @@ std::vector<Group> verify_groups(Options& options) {
   return {mesh,
           judging,
           {"Goal " + options.goal, rows},
-          {"A print (MESH is a .gcode file)", print_rows(options)},
+          {"A print (MESH is a .gcode or .sl1 file)", print_rows(options)},
           {"Files", common_rows(options, true)}};
 }
 
@@ -581,11 +581,11 @@ void check_print(const Given& given, Options& options) {
   if (options.command == Command::hollow && print)
     usage_error("'" + options.input.string() + "' is a file for a printer. Name the mesh it was made from.");
   if (options.word == "measure" && !print)
-    usage_error("'" + options.input.string() + "' is not G-code by its name (.gcode); 'rayrep inspect' measures meshes.");
+    usage_error("'" + options.input.string() + "' is no print by its name (.gcode, .sl1); 'rayrep inspect' measures meshes.");
   if (options.command != Command::verify) return;
   Options none;
   for (const Setting& s : print_rows(none))
-    if (!print && given.contains(s.name)) usage_error("--" + s.name + " is for a print: MESH is not a .gcode file.");
+    if (!print && given.contains(s.name)) usage_error("--" + s.name + " is for a print: MESH is not a .gcode or .sl1 file.");
   if (!print) return;
   if (options.original.empty())
     usage_error("To judge a print, name the mesh it was made from: --original MESH. Its outside is what touches water and ground.");
@@ -644,8 +644,8 @@ void check_slicer(const Given& given, Options& options) {
     const Printed last = read_printed(options.as_sliced, options.printed);
     if (options.measured_mass_g)
       print_in(options.spec).density_g_cm3 = *options.measured_mass_g / (1e-3 * last.body()[M1]);
-    else if (!options.density_given && last.density_g_cm3)
-      print_in(options.spec).density_g_cm3 = *last.density_g_cm3;
+    else if (!options.density_given && last.likely_density_g_cm3())
+      print_in(options.spec).density_g_cm3 = *last.likely_density_g_cm3();
   }
   if (!slices && options.slicer.profile.empty()) return;
   const SlicerProfile profile = read_slicer_profile(options.slicer.profile);
@@ -786,11 +786,12 @@ const std::vector<Syntax>& commands() {
                    "judge a hollowed mesh: does it float upright, spin, stand, fit its target?", Command::verify});
     all.push_back({"measure",
                    "rayrep measure FILE.gcode [options]: mass, centre of mass and inertia of what a printer lays down.\n"
-                   "Skirt, brim, raft, supports and wipe tower are listed and not counted.\n",
-                   "mass, centre of mass and inertia of what a .gcode file prints", Command::measure});
+                   "Skirt, brim, raft, supports and wipe tower are listed and not counted.\n"
+                   "FILE.sl1: of what a resin printer cures, its supports and pad counted.\n",
+                   "mass, centre of mass and inertia of what a .gcode or .sl1 file prints", Command::measure});
     all.push_back({"inspect",
                    "rayrep inspect MESH [options]: size, volume, mass, centre of mass, inertia and defects of MESH.\n"
-                   "Of a .gcode file what measure tells.\n",
+                   "Of a .gcode or .sl1 file what measure tells.\n",
                    "size, volume, mass, inertia and defects of MESH", Command::inspect});
     return all;
   }();
