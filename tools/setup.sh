@@ -9,8 +9,8 @@ set -eu
 build_packages="g++ cmake ninja-build pkg-config ccache"
 library_packages="libeigen3-dev libtbb-dev libembree-dev libopenvdb-dev coinor-libipopt-dev
   libboost-dev libboost-program-options-dev libzip-dev libpng-dev libpugixml-dev nlohmann-json3-dev libfmt-dev"
-# MuJoCo and PrusaSlicer are asked what they make of delivered files; without them these tests are skipped.
-test_packages="libgtest-dev libgmock-dev clang-format-14 libmujoco-dev prusa-slicer
+# MuJoCo, PrusaSlicer and Slic3r are asked what they make of delivered files; without them these tests are skipped.
+test_packages="libgtest-dev libgmock-dev clang-format-14 libmujoco-dev prusa-slicer slic3r
   python3"
 
 say() { echo "setup: $*" >&2; }

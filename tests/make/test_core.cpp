@@ -105,6 +105,32 @@ TEST(Core, OfThePrintsOwnDensityIsMaterialLeftIn) {
   EXPECT_NEAR(core.solve.objective, cavity.solve.objective, 2e-3 * std::abs(cavity.solve.objective));
 }
 
+TEST(Core, TargetsAndCertificatesHoldWithIt) {
+  const Mesh body = egg();
+  TargetSpec target;
+  target.print.core.density_g_cm3 = 7.29;
+  const double solid_g = 1e-3 * target.print.density_g_cm3 * mesh_moments(body)[M1];
+  target.wanted[M1] = 1.6 * solid_g;  // more than plastic can weigh
+  target.wanted[MX] = 0;
+  const HollowResult heavy = hollow(body, target, coarse());
+  EXPECT_EQ(failed(verify(heavy.delivery, &body, heavy.spec)), "");
+  EXPECT_LT(std::abs(*heavy.duality_gap), 1e-6);
+  target.wanted[M1] = 8 * solid_g;
+  const std::string refused = message_of([&] { hollow(body, target, coarse()); }, ErrorCode::goal);
+  EXPECT_TRUE(mentions(refused, {"Even with a core that takes all the room", "it weighs only"}));
+
+  SpinSpec spec;
+  spec.axis.through = SpinAxis::Through::centre_of_mass;
+  spec.print.core.density_g_cm3 = 8.1;
+  spec.certify = true;
+  const HollowResult top = hollow(tall_egg(), spec, coarse());
+  ASSERT_TRUE(top.certificate);
+  EXPECT_TRUE(top.certificate->closed);
+  EXPECT_LE(top.certificate->lower_bound, top.certificate->best.objective);
+  spec.print.core.volume_cm3 = 5;
+  EXPECT_TRUE(mentions(message_of([&] { hollow(tall_egg(), spec, coarse()); }, ErrorCode::usage), {"--certify", "--core-volume"}));
+}
+
 TEST(Core, KeepsItsPartitionFromTheVoid) {
   StandSpec spec;
   spec.contact_tolerance_mm = 2;

@@ -162,6 +162,52 @@ TEST(Slicer, PrusaSlicerPrintsTheSolid) {
   EXPECT_NEAR((found.to_mesh.translation() - sliced.placed.to_mesh.translation()).norm(), 0, 0.02);
 }
 
+/// Two slicers lay down the same body, by what this reader makes of each.
+TEST(Slicer, Slic3rPrintsWhatPrusaSlicerPrints) {
+  for (const char* slicer : {"prusa-slicer", "slic3r"})
+    if (std::system((std::string("command -v ") + slicer + " > /dev/null 2>&1").c_str()) != 0)
+      GTEST_SKIP() << slicer << " is not installed";
+  const fs::path duck = fs::path(RAYREP_SOURCE_DIR) / "examples" / "duck.stl";
+  const Mesh mesh = read_mesh(duck).mesh;
+  const fs::path profile = own_file("second.ini");
+  std::ofstream(profile) << "layer_height = 0.2\nfirst_layer_height = 0.2\nperimeters = 2\nbed_shape = 0x0,200x0,200x200,0x200\n";
+  const Moments prusa =
+      slice(delivery(mesh), ".stl", own_file("prusa.gcode"), {.program = "prusa-slicer", .profile = profile}).placed.s;
+  const fs::path gcode = own_file("slic3r.gcode");
+  const std::string command =
+      "slic3r --fill-density 100% --fill-pattern rectilinear --layer-height 0.2 --first-layer-height 0.2 "
+      "--perimeters 2 --skirts 0 --filament-diameter 1.75 -o '" +
+      gcode.string() + "' '" + duck.string() + "' > /dev/null 2>&1";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  const Printed printed = read_printed(gcode);
+  ASSERT_TRUE(printed.told_volume_mm3);
+  EXPECT_NEAR(printed.volume_mm3() / *printed.told_volume_mm3, 1, 1e-4);
+  const Moments slic3r = place_print(printed, mesh).s;
+  EXPECT_NEAR(slic3r[M1] / prusa[M1], 1, 0.01);
+  EXPECT_NEAR((slic3r.segment<3>(MX) / slic3r[M1] - prusa.segment<3>(MX) / prusa[M1]).norm(), 0, 0.2);
+}
+
+/// What is put in is put in while the real one pauses.
+TEST(Slicer, PrusaSlicerPausesWhereItIsTold) {
+  if (std::system("command -v prusa-slicer > /dev/null 2>&1") != 0) GTEST_SKIP() << "prusa-slicer is not installed";
+  Delivery made = delivery(box({0, 0, 0}, {20, 20, 10}));
+  made.pauses_mm = {3.05, 6.9};
+  const fs::path gcode = own_file("pauses.gcode");
+  slice(made, ".stl", gcode, {.program = "prusa-slicer"});
+  std::ifstream in(gcode);
+  std::vector<double> paused_mm;
+  double z = 0;
+  for (std::string line; std::getline(in, line);) {
+    if (line.rfind(";Z:", 0) == 0) z = std::stod(line.substr(3));
+    if (line.rfind(";PAUSE_PRINT", 0) == 0) paused_mm.push_back(z);
+  }
+  ASSERT_EQ(paused_mm.size(), 2U);
+  for (std::size_t n = 0; n < 2; ++n) {
+    EXPECT_GE(paused_mm[n], made.pauses_mm[n] - 1e-9);
+    EXPECT_LE(paused_mm[n], made.pauses_mm[n] + 0.4);
+  }
+}
+
 /// The promise is about the print: 3e-4 of the mass and 5e-5 of the diagonal in three slices.
 TEST(Slicer, WhatPrusaSlicerPrintsOfExamplesMeetsTheirGoals) {
   if (std::system("command -v prusa-slicer > /dev/null 2>&1") != 0) GTEST_SKIP() << "prusa-slicer is not installed";
