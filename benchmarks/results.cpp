@@ -537,7 +537,7 @@ private:
       std::vector<std::string> row = {r->mesh, r->goal, r->solver};
       if (r->status == "refused" || r->status == "skipped") {
         row.resize(15, "-");
-        row.push_back(r->status + ": " + r->note);
+        row.push_back(r->status + ": " + r->note.substr(0, r->note.find_first_of(":.")));
       } else {
         const std::vector<std::string> promised = cells(*r, "promised");
         row.insert(row.end(), {promised[0], promised[3]});

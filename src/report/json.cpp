@@ -18,7 +18,29 @@ Json vector(const Eigen::Ref<const Eigen::VectorXd>& v) {
 }
 
 /// Names of files need not be UTF-8, JSON has to be.
-std::string dumped(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+/// DEL and the control characters after ASCII, which JSON may hold as they are, are escaped too: a terminal obeys them.
+std::string dumped(const Json& json) {
+  const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace);
+  std::string escaped;
+  escaped.reserve(text.size() + 1);
+  const auto escape = [&escaped](unsigned char c) {
+    constexpr const char* kDigits = "0123456789abcdef";
+    escaped += std::string("\\u00") + kDigits[c / 16] + kDigits[c % 16];
+  };
+  for (std::size_t n = 0; n < text.size(); ++n) {
+    const auto c = static_cast<unsigned char>(text[n]);
+    const auto next = static_cast<unsigned char>(n + 1 < text.size() ? text[n + 1] : '\0');
+    if (c == 0x7F) {
+      escape(c);
+    } else if (c == 0xC2 && next >= 0x80 && next < 0xA0) {
+      escape(next);
+      ++n;
+    } else {
+      escaped += text[n];
+    }
+  }
+  return escaped + "\n";
+}
 
 /// What every report begins with.
 Json head(const std::string& command) { return {{"schema", 1}, {"version", version()}, {"command", command}}; }

@@ -1039,6 +1039,23 @@ TEST_F(Tool, TheCommandThatJudgesASlicedBodyAgainHolds) {
   EXPECT_EQ(by_hand.out.find("to judge it again"), std::string::npos);
 }
 
+TEST_F(Tool, NoNameCommandsATerminalOrBreaksTheReport) {
+  for (const std::string name : {"a\x7f.stl",
+                                 "a\xc2\x9b"
+                                 "31m.stl",
+                                 "a\x1b[31m.stl", "a\"\\.stl", "\xc3\xa4.stl"}) {
+    fs::copy_file(folder_ / "egg.stl", folder_ / name);
+    const Run result = run("inspect '" + name + "' --json");
+    EXPECT_EQ(result.code, 0) << result.err;
+    for (std::size_t n = 0; n < result.out.size(); ++n) {
+      const auto c = static_cast<unsigned char>(result.out[n]);
+      const auto next = static_cast<unsigned char>(n + 1 < result.out.size() ? result.out[n + 1] : 0);
+      EXPECT_FALSE((c < 0x20 && c != '\n') || c == 0x7F || (c == 0xC2 && next >= 0x80 && next < 0xA0)) << name;
+    }
+    EXPECT_EQ(nlohmann::json::parse(result.out)["input"]["path"], name);
+  }
+}
+
 TEST_F(Tool, NamesWithBlanksAndOtherScripts) {
   fs::copy(folder_ / "egg.stl", folder_ / "mein Ei 蛋.stl");
   const Run result = run("float 'mein Ei 蛋.stl' --resolution 40 --submerged 0.5");

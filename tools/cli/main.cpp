@@ -5,6 +5,8 @@
 #include <exception>
 #include <iostream>
 #include <new>
+#include <string>
+#include <string_view>
 
 #include "interrupt.h"
 #include "options.h"
@@ -19,6 +21,12 @@ using rayrep::tool::printable;
 constexpr const char* kOutOfMemory =
     "Out of memory: try a lower --resolution or a mesh of fewer triangles, or let it have more (ulimit -v).";
 
+/// What TBB and the standard library say where there is no memory for another thread.
+bool lacks_threads(const std::exception& error) {
+  const std::string_view text = error.what();
+  return text.find("pthread_create") != text.npos || text.find("Resource temporarily unavailable") != text.npos;
+}
+
 /// Of an exception that can be caught nowhere, as in a thread that could not be started.
 [[noreturn]] void on_terminate() {
   std::string text = "Internal error: it ended unexpectedly.";
@@ -27,7 +35,7 @@ constexpr const char* kOutOfMemory =
   } catch (const std::bad_alloc&) {
     text = kOutOfMemory;
   } catch (const std::exception& error) {
-    text = "Internal error, or out of memory: " + printable(error.what());
+    text = lacks_threads(error) ? kOutOfMemory : "Internal error, or out of memory: " + printable(error.what());
   } catch (...) {
   }
   text = "rayrep: " + text + "\n";
@@ -94,7 +102,7 @@ int main(int argc, char** argv) {
     std::cerr << "rayrep: " << kOutOfMemory << "\n";
     return static_cast<int>(rayrep::ErrorCode::internal);
   } catch (const std::exception& error) {
-    std::cerr << "rayrep: Internal error: " << printable(error.what()) << "\n";
+    std::cerr << "rayrep: " << (lacks_threads(error) ? kOutOfMemory : "Internal error: " + printable(error.what())) << "\n";
     return static_cast<int>(rayrep::ErrorCode::internal);
   }
 }
