@@ -166,7 +166,7 @@ TEST(Core, MustBeHeavierThanThePrintAndGoesWithoutInfill) {
       mentions(message_of([] { core_material("unobtainium"); }, ErrorCode::usage), {"unobtainium", "lead-shot", "--core-density"}));
 }
 
-TEST(Core, IsAdvisedWhereItHelps) {
+TEST(Suggest, ACoreWhereItHelps) {
   SpinSpec spec;
   spec.axis.through = SpinAxis::Through::centre_of_mass;
   const Advice advice = suggest(uv_ellipsoid(24, 24, 56, 48), spec, coarse());

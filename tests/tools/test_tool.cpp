@@ -954,10 +954,6 @@ TEST_F(Tool, InfillInsteadOfACavity) {
 TEST_F(Tool, ACoreIsAFileOfItsOwn) {
   write_mesh(folder_ / "tall.stl", uv_ellipsoid(24, 24, 56, 48));
   const std::string tall = "spin tall.stl --point com --resolution 50 ";
-  const Run refused = run(tall + "--core-density 1.5");
-  EXPECT_EQ(refused.code, 4);
-  EXPECT_EQ(new_files(), (std::vector<std::string>{"tall.stl"}));
-  EXPECT_TRUE(mentions(refused.err, {"--core-material"}));
   std::ofstream(folder_ / "tall_spin_core.stl") << "mine";
   EXPECT_EQ(run(tall + "--core-density 1.5 --no-advice").code, 4);
   EXPECT_EQ(text_of(folder_ / "tall_spin_core.stl"), "mine");
