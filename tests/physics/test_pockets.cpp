@@ -309,6 +309,76 @@ TEST(Pockets, FirstFloodingHeel) {
   EXPECT_THROW(flooding_heel(vessel, 100, kUp), Error);
 }
 
+/// A box whose top slants up along x, with a pocket that widens upward.
+Mesh slanted_cup() {
+  const auto ring = [](double half, double z, double slope) {
+    std::vector<Eigen::Vector3d> corners;
+    for (const auto& [x, y] : {std::pair(-1., -1.), {1., -1.}, {1., 1.}, {-1., 1.}})
+      corners.emplace_back(half * x, half * y, z + slope * half * x);
+    return corners;
+  };
+  Mesh mesh;
+  for (const auto& corners : {ring(20, 0, 0), ring(20, 30, 0.3), ring(15, 30, 0.3), ring(5, 5, 0)})
+    mesh.vertices.insert(mesh.vertices.end(), corners.begin(), corners.end());
+  mesh.triangles = {{0, 2, 1}, {0, 3, 2}, {12, 13, 14}, {12, 14, 15}};
+  for (int ring_at = 0; ring_at < 12; ring_at += 4)
+    for (int k = 0; k < 4; ++k) {
+      const int next = (k + 1) % 4;
+      mesh.triangles.emplace_back(ring_at + k, ring_at + next, ring_at + 4 + next);
+      mesh.triangles.emplace_back(ring_at + k, ring_at + 4 + next, ring_at + 4 + k);
+    }
+  return mesh;
+}
+
+TEST(Pockets, OfASlantedCupCarryUpToTheLowestRim) {
+  const Mesh cup = slanted_cup();
+  EXPECT_TRUE(test::is_closed_solid(cup));
+  // The pocket floods where the ring between its edge and the outer one is lowest.
+  constexpr double rim = 30 - 0.3 * 15;
+  // Dry it displaces what its outside does: a box, without a wedge where the top is under water.
+  const auto volume = [](double waterline) { return 1600 * waterline - 6 * std::pow(std::max(0., waterline - 24) / 0.3, 2); };
+  EXPECT_NEAR(largest_displacement_mm3(cup, kUp), volume(rim), 1e-6);
+  for (const double waterline : {10., 20., 25., rim - 0.01})
+    EXPECT_NEAR(waterline_for_volume(cup, kUp, volume(waterline)), waterline, 1e-7);
+  const auto floods = hydrostatics(cup, {kUp, 20});
+  EXPECT_NEAR(floods.displaced_volume_mm3, 32000, 1e-6);
+  ASSERT_TRUE(floods.freeboard_mm);
+  EXPECT_NEAR(*floods.freeboard_mm, rim - 20, 1e-9);
+}
+
+TEST(Pockets, AboveTheWaterHaveNoFreeboard) {
+  // A deep pocket with its rim at 6, and a tray that begins above the water, with its rim at 5.
+  const Cells body = cells({9, 4, 6}, [](int x, int y, int z) {
+    if (x >= 1 && x <= 3 && y >= 1 && y <= 2) return z == 0;
+    if (x >= 5 && x <= 7 && y >= 1 && y <= 2) return z < 4;
+    return x < 5 || z < 5;
+  });
+  for (const double shift : {0., -20.}) {
+    const Mesh mesh = test::moved(test::polycubes(body), {shift, shift, 0});
+    const Hydrostatics water = hydrostatics(mesh, {kUp, 3});
+    ASSERT_TRUE(water.freeboard_mm);
+    EXPECT_NEAR(*water.freeboard_mm, 3, 1e-9);
+  }
+}
+
+TEST(Pockets, FloodOverALowPlaceOfTheRimWhereverItIs) {
+  // A dish with a notch, turned in steps that are no multiples of those between the directions that are tried.
+  Mesh dish = test::polycubes(cells({12, 12, 4}, [](int x, int y, int z) {
+    const bool wall = x == 0 || x == 11 || y == 0 || y == 11;
+    const bool notch = x == 11 && y >= 5 && y <= 6;
+    return z == 0 || (wall && !(notch && z == 3));
+  }));
+  dish = test::moved(dish, {-6, -6, 0});
+  for (const int degrees : {0, 10, 20, 50, 80, 130, 250}) {
+    const double turn = degrees * kPi / 180;
+    const Mesh turned = test::rotated(dish, Eigen::AngleAxisd(turn, kUp).toRotationMatrix());
+    const auto heel = flooding_heel(turned, 250, kUp, 36);
+    ASSERT_TRUE(heel);
+    const auto straight = flooding_heel(dish, 250, kUp, 36);
+    EXPECT_NEAR(heel->angle_rad, straight->angle_rad, 1e-4) << degrees;
+  }
+}
+
 Mesh shared_case(const std::string& name) {
   const auto path = std::filesystem::path(RAYREP_SHARED_MESHES).parent_path() / "cases" / name;
   return std::filesystem::exists(path) ? with_merged_vertices(read_mesh(path).mesh) : Mesh();

@@ -357,6 +357,18 @@ TEST(SpinState, EveryAxisOfACubeIsAPrincipalAxis) {
   EXPECT_NEAR(spin_state(prism, {0, 0, 0}, Eigen::Vector3d(0.6, 0, 0.8)).axis_angle_rad, std::asin(0.6), 1e-12);
 }
 
+TEST(SpinState, MomentsThatDifferByRoundingAreTheSame) {
+  const auto class_of = [](double excess) {
+    MassProperties body = mass_properties(mesh_moments(test::box({-5, -5, -5}, {5, 5, 5})), 1);
+    body.inertia_g_mm2(2, 2) *= 1 + excess;
+    body.principal_moments_g_mm2[2] = body.inertia_g_mm2(2, 2);
+    return spin_state(body, {0, 0, -5}, Eigen::Vector3d::UnitZ()).axis_class;
+  };
+  EXPECT_EQ(class_of(1e-11), class_of(0));
+  EXPECT_NE(class_of(1e-11), AxisClass::largest);
+  EXPECT_EQ(class_of(1e-7), AxisClass::largest);
+}
+
 TEST(SpinState, RefusesAnAxisThatIsNotUnit) {
   const MassProperties box = turned_box({0, 0, 0}, Eigen::Matrix3d::Identity());
   EXPECT_THROW(spin_state(box, {0, 0, 0}, {0, 0, 2}), Error);

@@ -122,6 +122,16 @@ TEST(SupportPolygon, OfABoxIsItsBase) {
   }
 }
 
+TEST(SupportPolygon, BeginsWithTheLowestOfTheLeftmostCorners) {
+  for (const double x : {-30., -7., 7., 30.})
+    for (const double y : {-30., -7., 7., 30.}) {
+      const SupportPolygon polygon = support_polygon(test::box({x, y, 0}, {x + 10, y + 20, 5}), kTolerance);
+      ASSERT_EQ(polygon.corners_mm.size(), 4u);
+      EXPECT_TRUE(test::near(polygon.corners_mm[0], Vector2d(x, y), 1e-12));
+      EXPECT_TRUE(test::near(polygon.corners_mm[1], Vector2d(x + 10, y), 1e-12));
+    }
+}
+
 TEST(SupportPolygon, TurnsAndMovesWithTheBody) {
   const Mesh bodies[] = {test::subdivided(test::box({-30, -20, 0}, {30, 20, 30}), 3), test::l_shape(10), three_legged_table(1),
                          test::frustum(20, 10, 30, 37)};
