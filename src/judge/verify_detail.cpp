@@ -144,14 +144,27 @@ double smallest_wall(const Mesh& cavities, const Mesh& outer, const Progress& pr
   return deepest > 0 ? -deepest : gap;
 }
 
-// Counts the triangles of cavities and islands that cross another one, and those of the outer surface that cross each other.
-void count_crossings(const Mesh& mesh, const TrianglePairs& close, const std::vector<char>& is_outer, Verdict& verdict) {
+// Counts the triangles of cavities and islands that cross another one, those that were added to an original and are there twice,
+// and those of the outer surface that cross each other otherwise.
+// @param added  of the outer surface: not the original's
+void count_crossings(const Mesh& mesh, const TrianglePairs& close, const std::vector<char>& is_outer,
+                     const std::vector<char>& added, Verdict& verdict) {
+  const auto corners_of = [&mesh](int t) {
+    std::array<int, 3> corners{mesh.triangles[t][0], mesh.triangles[t][1], mesh.triangles[t][2]};
+    std::sort(corners.begin(), corners.end());
+    return corners;
+  };
   std::vector<char> crosses(mesh.triangles.size(), 0);
-  for (const auto& [s, t] : crossing_pairs(mesh, close))
-    for (const int triangle : {s, t})
+  std::vector<char> twice(mesh.triangles.size(), 0);
+  for (const auto& [s, t] : crossing_pairs(mesh, close)) {
+    const bool again = (added[s] || added[t]) && corners_of(s) == corners_of(t);
+    for (const int triangle : {s, t}) {
       if (!is_outer[triangle] || (is_outer[s] && is_outer[t])) crosses[triangle] = 1;
+      if (again && added[triangle]) twice[triangle] = 1;
+    }
+  }
   for (std::size_t t = 0; t < crosses.size(); ++t)
-    if (crosses[t]) ++(is_outer[t] ? verdict.outer_crossing_triangles : verdict.crossing_triangles);
+    if (crosses[t]) ++(is_outer[t] && !twice[t] ? verdict.outer_crossing_triangles : verdict.crossing_triangles);
 }
 
 // For each triangle of a mesh the patch it belongs to, by its first triangle: those that hang together over edges of no others.
@@ -302,7 +315,10 @@ Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progres
   progress.check();
   const TrianglePairs close = close_pairs(mesh, progress);
   progress.check();
-  count_crossings(mesh, close, is_outer, verdict);
+  std::vector<char> added(mesh.triangles.size(), 0);
+  if (original)
+    for (const int t : added_triangles) added[t] = 1;
+  count_crossings(mesh, close, is_outer, added, verdict);
   if (Surface::closed(verdict) && verdict.crossing_triangles == 0)
     surface.misplaced_edges = misplaced_edges(mesh, cavity_triangles, progress);
   surface.material = Surface::closed(verdict) ? boundary_of_union(mesh, close, progress) : mesh;

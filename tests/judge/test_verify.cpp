@@ -387,6 +387,22 @@ TEST(VerifyFloat, TheWallOfASphereInASphereIsThatOfTheirFacets) {
   EXPECT_NEAR(verify(test::hollow(outer, cavity), &outer, goal).smallest_wall_mm, expected, 1e-9);
 }
 
+TEST(VerifyFloat, AnOutsideThatIsThereTwiceFailsUnlessTheOriginalIs) {
+  const Mesh outer = test::box({0, 0, 0}, {40, 30, 20});
+  const Mesh body = test::merged({outer, outer, test::flipped(test::box({5, 5, 5}, {35, 25, 15}))});
+  FloatSpec spec;
+  spec.waterline_mm = 10;
+  const FloatVerdict added = verify(body, &outer, spec);
+  EXPECT_EQ(added.crossing_triangles, 12U);
+  const auto fails = [](const FloatVerdict& verdict, const char* name) {
+    return std::any_of(verdict.criteria.begin(), verdict.criteria.end(),
+                       [&](const Criterion& c) { return c.name == name && !c.pass(); });
+  };
+  EXPECT_TRUE(fails(added, "no_crossings"));
+  const Mesh two = test::merged({outer, outer});
+  EXPECT_FALSE(fails(verify(body, &two, spec), "no_crossings"));
+}
+
 TEST(VerifyFloat, ACavityThatIsThereTwiceFails) {
   const Boat boat;
   const Mesh outer = Boat::outer();
