@@ -11,6 +11,7 @@
 #include "base/text.h"
 #include "judge/figures.h"
 #include "judge/verify_detail.h"
+#include "mesh/surface_gap.h"
 #include "rayrep/mesh/surface_query.h"
 
 namespace rayrep::verify_detail {
@@ -21,44 +22,91 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // A printer does not see less.
 constexpr double kOverlap_mm = 0.1;
 
-// How deep the corners and middles of a mesh's triangles lie within a closed surface, or outside of it.
-double deepest(const Mesh& mesh, const SurfaceQuery& surface, bool within, const Progress& progress) {
-  progress.check();
-  const auto lies_there = [&](const Eigen::Vector3d& p, std::vector<LineHit>& hits) {
-    closed_line_hits(surface, p.head<2>(), hits);
-    return (winding_below(hits, p.z()) > 0) == within;
-  };
-  const auto depth_of = [&](const Eigen::Vector3d& p, std::vector<LineHit>& hits) {
+// Asks how deep points and triangles lie within a closed surface, or outside of it.
+class Depth {
+public:
+  Depth(const SurfaceQuery& surface, bool within) : surface_(surface), within_(within) {}
+
+  double of(const Eigen::Vector3d& p) {
     constexpr double kTouches_mm = 1e-6;  // and what fills its room touches it everywhere: the quick answer first
-    if (surface.closest(p, kTouches_mm).triangle >= 0 || !lies_there(p, hits)) return 0.0;
+    if (surface_.closest(p, kTouches_mm).triangle >= 0 || !lies_there(p)) return 0;
     ClosestPoint closest;
-    for (double radius_mm = kOverlap_mm; closest.triangle < 0; radius_mm *= 8) closest = surface.closest(p, radius_mm);
+    for (double radius_mm = kOverlap_mm; closest.triangle < 0; radius_mm *= 8) closest = surface_.closest(p, radius_mm);
     const double depth = closest.distance_mm;
     // A line through corners of the surface may miss it: what is so deep is there all around, too.
     for (const double angle : {1.0, 3.3})
-      if (!lies_there(p + 0.5 * depth * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0), hits)) return 0.0;
+      if (!lies_there(p + 0.5 * depth * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0))) return 0;
     return depth;
-  };
+  }
+
+  // Of the pieces of a triangle that the surface does not come near: cut in four until it does not, or all is within kOverlap_mm.
+  double of(const Eigen::Matrix3d& corners) {
+    const Eigen::Vector3d middle = corners.rowwise().mean();
+    const double radius = (corners.colwise() - middle).colwise().norm().maxCoeff();
+    if (surface_.closest(middle, radius).triangle < 0) return of(middle);
+    if (radius <= kOverlap_mm) return 0;
+    Eigen::Matrix3d halves;  // of the sides
+    for (int k = 0; k < 3; ++k) halves.col(k) = 0.5 * (corners.col(k) + corners.col((k + 1) % 3));
+    double most = of(halves);
+    for (int k = 0; k < 3; ++k) {
+      Eigen::Matrix3d piece;
+      piece << corners.col(k), halves.col(k), halves.col((k + 2) % 3);
+      most = std::max(most, of(piece));
+    }
+    return most;
+  }
+
+private:
+  bool lies_there(const Eigen::Vector3d& p) {
+    closed_line_hits(surface_, p.head<2>(), hits_);
+    return (winding_below(hits_, p.z()) > 0) == within_;
+  }
+
+  const SurfaceQuery& surface_;
+  bool within_;
+  std::vector<LineHit> hits_;
+};
+
+template <typename DepthOf>
+double deepest(std::size_t count, const DepthOf& depth_of, const Progress& progress) {
+  progress.check();
   return tbb::parallel_reduce(
-      tbb::blocked_range<std::size_t>(0, mesh.triangles.size(), 256), 0.0,
-      [&](const auto& range, double most) {
-        std::vector<LineHit> hits;
-        for (std::size_t t = range.begin(); t < range.end(); ++t) {
-          Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-          for (int k = 0; k < 3; ++k) {
-            most = std::max(most, depth_of(mesh.corner(t, k), hits));
-            middle += mesh.corner(t, k) / 3;
-          }
-          most = std::max(most, depth_of(middle, hits));
-        }
-        return most;
-      },
+      tbb::blocked_range<std::size_t>(0, count, 256), 0.0,
+      [&](const auto& range, double most) { return std::max(most, depth_of(range)); },
       [](double a, double b) { return std::max(a, b); });
 }
 
-// How deep two of them reach into each other.
-double overlap(const Mesh& a, const SurfaceQuery& of_a, const Mesh& b, const SurfaceQuery& of_b, const Progress& progress) {
-  return std::max(deepest(a, of_b, true, progress), deepest(b, of_a, true, progress));
+double deepest_corner(const Mesh& mesh, const SurfaceQuery& surface, bool within, const Progress& progress) {
+  const auto depth_of = [&](const auto& range) {
+    Depth depth(surface, within);
+    double most = 0;
+    for (std::size_t v = range.begin(); v < range.end(); ++v) most = std::max(most, depth.of(mesh.vertices[v]));
+    return most;
+  };
+  return deepest(mesh.vertices.size(), depth_of, progress);
+}
+
+double deepest_piece(const Mesh& mesh, const SurfaceQuery& surface, const Progress& progress) {
+  const auto depth_of = [&](const auto& range) {
+    Depth depth(surface, true);
+    double most = 0;
+    for (std::size_t t = range.begin(); t < range.end(); ++t) {
+      Eigen::Matrix3d corners;
+      corners << mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2);
+      most = std::max(most, depth.of(corners));
+    }
+    return most;
+  };
+  return deepest(mesh.triangles.size(), depth_of, progress);
+}
+
+// How deep an insert and something else reach into each other. Surfaces that do not meet leave each of them on one side of the
+// other, so that corners tell; else what is thicker than 4 kOverlap_mm is not missed between them.
+double overlap(const Mesh& insert, const SurfaceQuery& of_insert, const Mesh& other, const SurfaceQuery& of_other,
+               const Progress& progress) {
+  double most = std::max(deepest_corner(insert, of_other, true, progress), deepest_corner(other, of_insert, true, progress));
+  if (smallest_gap(insert, of_other, progress) == 0) most = std::max(most, deepest_piece(insert, of_other, progress));
+  return most;
 }
 
 }  // namespace
@@ -85,7 +133,7 @@ void judge_inserts(const Delivery& delivered, const Mesh& solid, const Mesh& hul
     }
     SurfaceQuery surface(mesh);
     worst_mm = std::max(worst_mm, overlap(mesh, surface, solid, printed, progress));
-    worst_mm = std::max(worst_mm, deepest(mesh, outside, false, progress));
+    worst_mm = std::max(worst_mm, deepest_corner(mesh, outside, false, progress));
     for (const Insert& other : before) worst_mm = std::max(worst_mm, overlap(mesh, surface, other.mesh, other.surface, progress));
     mass_g += mass.mass_g;
     const Eigen::Vector3d& c = mass.centre_of_mass_mm;

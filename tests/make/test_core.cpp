@@ -238,6 +238,10 @@ TEST(Inserts, ThatHaveNoRoomFail) {
   EXPECT_EQ(failed(judged({moved(room, {0, 0, 0.05})})), "");
   EXPECT_EQ(failed(judged({room, box({12, 12, 12}, {28, 28, 18})})), "inserts_fit ");
   EXPECT_GT(value_of(judged({moved(room, {100, 0, 0})}), "inserts_fit"), 70);
+  // Through a plate, with no corner and no middle of a triangle in it.
+  Delivery parted = delivery(hollow(body, merged({box({10, 10, 10}, {30, 30, 14.8}), box({10, 10, 15.2}, {30, 30, 20})})));
+  parted.parts.push_back(insert(box({19, 19, 10.5}, {21, 21, 19.5}), 8));
+  EXPECT_EQ(failed(verify(parted, &body, StandSpec{})), "inserts_fit ");
   Mesh open = room;
   open.triangles.pop_back();
   EXPECT_EQ(failed(judged({open})), "inserts_fit ");
