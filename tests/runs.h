@@ -1,5 +1,8 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "rayrep/judge/verify.h"
 #include "rayrep/make/hollow.h"
 
@@ -22,6 +25,23 @@ struct Outcome : HollowResult {
 template <typename S>
 Outcome<S> hollowed(const Mesh& solid, const Job<S>& job, const Progress& progress = {}) {
   return Outcome<S>(rayrep::hollow(solid, job.spec, job.hollow, progress));
+}
+
+/// With so few rays that it takes no time.
+inline HollowOptions coarse(int resolution) {
+  HollowOptions options;
+  options.resolution = resolution;
+  return options;
+}
+
+using Names = std::vector<std::string>;
+
+/// The criteria that a verdict does not meet.
+inline Names failed(const Verdict& verdict) {
+  Names names;
+  for (const Criterion& c : verdict.criteria)
+    if (!c.pass()) names.push_back(c.name);
+  return names;
 }
 
 /// Where a top or yo-yo was made to spin.

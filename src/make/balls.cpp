@@ -12,6 +12,7 @@
 #include "base/text.h"
 #include "make/fixed.h"
 #include "make/plan.h"
+#include "make/revolved.h"
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/mesh_check.h"
 
@@ -24,35 +25,6 @@ constexpr int kSegments = 48;       // of a circle
 constexpr double kLonger_mm = 0.5;  // a shaft is made so much longer at most, to be filled with others in one pause
 constexpr double kGain = 1e-5;      // of the objective that an exchange is worth
 
-Print& print_in(Spec& spec) {
-  return std::visit([](auto& s) -> Print& { return s.print; }, spec);
-}
-
-/// A surface of revolution about z through (radius, height), from the lowest point on the axis to the highest one there.
-Mesh revolved(const std::vector<Eigen::Vector2d>& profile) {
-  Mesh mesh;
-  mesh.vertices.emplace_back(0, 0, profile.front().y());
-  const int rings = static_cast<int>(profile.size()) - 2;
-  for (int r = 1; r <= rings; ++r)
-    for (int k = 0; k < kSegments; ++k) {
-      const double angle = 2 * std::numbers::pi * k / kSegments;
-      const Eigen::Vector2d& p = profile[static_cast<std::size_t>(r)];
-      mesh.vertices.emplace_back(p.x() * std::cos(angle), p.x() * std::sin(angle), p.y());
-    }
-  mesh.vertices.emplace_back(0, 0, profile.back().y());
-  const int top = static_cast<int>(mesh.vertices.size()) - 1;
-  const auto at = [](int ring, int k) { return 1 + ring * kSegments + k % kSegments; };
-  for (int k = 0; k < kSegments; ++k) {
-    mesh.triangles.emplace_back(0, at(0, k + 1), at(0, k));
-    for (int r = 0; r + 1 < rings; ++r) {
-      mesh.triangles.emplace_back(at(r, k), at(r, k + 1), at(r + 1, k + 1));
-      mesh.triangles.emplace_back(at(r, k), at(r + 1, k + 1), at(r + 1, k));
-    }
-    mesh.triangles.emplace_back(top, at(rings - 1, k), at(rings - 1, k + 1));
-  }
-  return mesh;
-}
-
 /// Around the origin, with the exact volume.
 Mesh ball_mesh(const Balls& balls) {
   std::vector<Eigen::Vector2d> profile;
@@ -60,7 +32,7 @@ Mesh ball_mesh(const Balls& balls) {
     const double angle = 2 * std::numbers::pi * k / kSegments;
     profile.emplace_back(std::sin(angle), -std::cos(angle));
   }
-  Mesh mesh = revolved(profile);
+  Mesh mesh = revolved(profile, kSegments);
   const double volume = std::numbers::pi / 6 * std::pow(balls.diameter_mm, 3);
   const double scale = std::cbrt(volume / mesh_moments(mesh)[M1]);
   for (Eigen::Vector3d& v : mesh.vertices) v *= scale;
@@ -77,7 +49,7 @@ Mesh pocket_mesh(const Balls& balls, double height_mm) {
   }
   profile.emplace_back(radius, height_mm);
   profile.emplace_back(0, height_mm);
-  return revolved(profile);
+  return revolved(profile, kSegments);
 }
 
 /// From a ball's centre to the farthest point of its pocket.
@@ -108,7 +80,7 @@ public:
   Placing(const Mesh& solid, const Spec& spec, const HollowOptions& options, const Progress& progress)
       : solid_(solid), spec_(spec), options_(options), quiet_{.stage = {}, .cancelled = progress.cancelled} {
     balls_ = print_of(spec).balls;
-    print_in(spec_).balls = {};
+    print_of(spec_).balls = {};
     few_ = options;
     few_.resolution = std::min(options.resolution, kFewRays);
     few_.as_printed = nullptr;
@@ -164,7 +136,7 @@ private:
     if (balls == 0) return spec;
     // Of a pocket, as it is filled.
     const double share = std::pow(0.5 * balls_.diameter_mm / balls_.pocket_radius_mm(), 3);
-    Core& core = print_in(spec).core;
+    Core& core = print_of(spec).core;
     core.density_g_cm3 = std::max(share * balls_.density_g_cm3, 1.01 * print_of(spec).density_g_cm3);
     core.volume_cm3 = 1e-3 * balls * 4 * std::numbers::pi / 3 * std::pow(balls_.pocket_radius_mm(), 3);
     return spec;
@@ -286,14 +258,14 @@ HollowResult hollow_with_balls(const Mesh& solid, const Spec& spec, const Hollow
   std::stable_sort(centres.begin(), centres.end(),
                    [&up](const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return up.dot(a) < up.dot(b); });
   Spec without = spec;
-  print_in(without).balls = {};
+  print_of(without).balls = {};
   HollowResult result = hollow(solid, without, placing.with(centres, options), progress);
   double lowest = std::numeric_limits<double>::infinity();
   for (const Eigen::Vector3d& v : solid.vertices) lowest = std::min(lowest, up.dot(v));
   const std::vector<double> shafts = shaft_heights_mm(centres, up, balls.pocket_radius_mm());
   for (std::size_t n = 0; n < centres.size(); ++n) result.balls.push_back({centres[n], up.dot(centres[n]) + shafts[n] - lowest});
   if (const std::string words = placing.words(); !words.empty()) result.proof.push_back(words);
-  print_in(result.spec).balls = balls;
+  print_of(result.spec).balls = balls;
   return result;
 }
 

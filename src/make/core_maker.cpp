@@ -97,13 +97,14 @@ Made CoreMaker::made() const {
   Mesh mesh = body_.outer;
   append(mesh, shells_);
   made.delivery.parts.push_back({.mesh = std::move(mesh), .density_g_cm3 = print_.density_g_cm3});
+  // The core comes last of what is put in.
+  for (const FixedBody& fixed : options_.fixed) made.delivery.parts.push_back(fixed.part);
   if (!core_shells_.triangles.empty()) {
     Mesh core = core_shells_;
     flip(core);
     made.delivery.parts.push_back(
         {.mesh = std::move(core), .role = Part::Role::insert, .density_g_cm3 = print_.core.density_g_cm3});
   }
-  for (const FixedBody& fixed : options_.fixed) made.delivery.parts.push_back(fixed.part);
   made.delivery.pauses_mm = options_.pauses_mm;
   made.cavities = room_.mesh.cavities;
   made.filled_cavities = room_.mesh.filled;

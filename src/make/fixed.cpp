@@ -1,11 +1,10 @@
 #include "make/fixed.h"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 #include <string>
 
 #include "base/text.h"
+#include "make/revolved.h"
 #include "mesh/surface_gap.h"
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/mesh_check.h"
@@ -50,21 +49,9 @@ Mesh posts_below(const std::vector<Mesh>& rooms, const Mesh& mesh, double wall_m
       if (hit.z_mm < top.z() - 1e-6 * wall_mm && hit.sign > 0) bottom = hit.z_mm;
     constexpr int kSides = 6;
     const double radius = 0.5 * wall_mm;
-    const int first = static_cast<int>(posts.vertices.size());
-    for (const double z : {bottom, top.z()})
-      for (int k = 0; k < kSides; ++k) {
-        const double angle = 2 * std::numbers::pi * k / kSides;
-        posts.vertices.emplace_back(top.x() + radius * std::cos(angle), top.y() + radius * std::sin(angle), z);
-      }
-    const auto at = [first](int ring, int k) { return first + ring * kSides + k % kSides; };
-    for (int k = 0; k < kSides; ++k) {
-      posts.triangles.emplace_back(at(0, k), at(0, k + 1), at(1, k + 1));
-      posts.triangles.emplace_back(at(0, k), at(1, k + 1), at(1, k));
-      if (k > 0 && k + 1 < kSides) {
-        posts.triangles.emplace_back(at(0, 0), at(0, k + 1), at(0, k));
-        posts.triangles.emplace_back(at(1, 0), at(1, k), at(1, k + 1));
-      }
-    }
+    Mesh post = revolved({{0, bottom}, {radius, bottom}, {radius, top.z()}, {0, top.z()}}, kSides);
+    for (Eigen::Vector3d& v : post.vertices) v.head<2>() += top.head<2>();
+    append(posts, post);
   }
   return posts;
 }

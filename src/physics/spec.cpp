@@ -785,6 +785,10 @@ void check(const TargetSpec& spec, For purpose) {
   }
 }
 
+Print& print_of(Spec& spec) {
+  return std::visit([](auto& s) -> Print& { return s.print; }, spec);
+}
+
 const Print& print_of(const Spec& spec) {
   return std::visit([](const auto& s) -> const Print& { return s.print; }, spec);
 }

@@ -220,6 +220,9 @@ std::string pauses_text(const RunReport& report) {
                                      [pause_mm](const Ball& ball) { return std::abs(ball.pause_mm - pause_mm) < 1e-5; });
     if (balls > 0) heights += format(" (%d)", balls);
   }
+  const Eigen::Vector3d up = up_of(report.hollow->spec).normalized();
+  if ((up - Eigen::Vector3d::UnitZ()).norm() > 1e-6)
+    heights += format(" along its up direction (%.4g, %.4g, %.4g)", up.x(), up.y(), up.z());
   const bool told = report.print || ends_in_3mf(report.output);
   return "Pause the print at the first layer above " + heights + " and put in what belongs there" +
          (told ? "; for PrusaSlicer the pauses are in the file" : "; a 3MF output has the pauses for PrusaSlicer");
@@ -231,9 +234,11 @@ std::string insert_text(const RunReport& report) {
   const MassProperties& mass = report.insert->mass;
   if (hollow.balls.empty()) {
     const Core& core = print_of(hollow.spec).core;
-    return format("%s is the core: %.1f cm3, %.1f g of %s; ", report.insert->path, mass.volume_mm3 / 1000, mass.mass_g,
-                  core.material.empty() ? "what you chose" : core.material) +
-           (core.poured() ? "pour it into its room through a hole or during a pause of the print"
+    const int pieces = report.insert->pieces;
+    return format("%s is the core: %.1f cm3, %.1f g of %s%s; ", report.insert->path, mass.volume_mm3 / 1000, mass.mass_g,
+                  core.material.empty() ? "what you chose" : core.material, pieces > 1 ? format(" in %d pieces", pieces) : "") +
+           (core.poured() ? (pieces > 1 ? "pour it into each of its rooms through a hole or during a pause of the print"
+                                        : "pour it into its room through a hole or during a pause of the print")
                           : "print the body in two parts, glue the core in and the parts together");
   }
   return format("%s shows where the balls are", report.insert->path);

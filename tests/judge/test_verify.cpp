@@ -12,6 +12,7 @@
 #include "rayrep/judge/verify.h"
 #include "rayrep/mesh/mesh_check.h"
 #include "rayrep/mesh/surface_query.h"
+#include "runs.h"
 #include "solids.h"
 
 namespace rayrep {
@@ -36,13 +37,6 @@ struct Boat {
   Mesh mesh() const { return test::hollow(outer(), cavity()); }
 };
 
-std::vector<std::string> failed(const FloatVerdict& verdict) {
-  std::vector<std::string> names;
-  for (const Criterion& c : verdict.criteria)
-    if (!c.pass()) names.push_back(c.name);
-  return names;
-}
-
 const Criterion& criterion(const FloatVerdict& verdict, const std::string& name) {
   const auto found =
       std::find_if(verdict.criteria.begin(), verdict.criteria.end(), [&](const Criterion& c) { return c.name == name; });
@@ -50,7 +44,8 @@ const Criterion& criterion(const FloatVerdict& verdict, const std::string& name)
   return *found;
 }
 
-using Names = std::vector<std::string>;
+using test::failed;
+using test::Names;
 
 Mesh float32(Mesh mesh) {
   for (auto& v : mesh.vertices)  // by component: Eigen 3.4 leaves entries of a vector unrounded from -O2 on

@@ -11,14 +11,16 @@
 
 #include "rayrep/base/error.h"
 #include "rayrep/judge/verify.h"
+#include "runs.h"
 #include "solids.h"
 
 namespace rayrep {
 namespace {
 
 using Eigen::Vector3d;
+using test::failed;
 using test::kPi;
-using Names = std::vector<std::string>;
+using test::Names;
 
 // A block on z = 0 with a box-shaped cavity around its middle, spinning about z on the middle of its base.
 /// Contact point of a top, centre of a yo-yo.
@@ -59,13 +61,6 @@ struct Block {
 Block flat() { return Block({60, 50, 20}); }
 Block middling() { return Block({60, 25, 40}); }
 Block tall() { return Block({28, 24, 60}); }
-
-Names failed(const Verdict& verdict) {
-  Names names;
-  for (const Criterion& c : verdict.criteria)
-    if (!c.pass()) names.push_back(c.name);
-  return names;
-}
 
 Names all(const Verdict& verdict) {
   Names names;

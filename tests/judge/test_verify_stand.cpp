@@ -10,6 +10,7 @@
 
 #include "rayrep/base/error.h"
 #include "rayrep/judge/verify.h"
+#include "runs.h"
 #include "solids.h"
 
 namespace rayrep {
@@ -17,8 +18,9 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+using test::failed;
 using test::kPi;
-using Names = std::vector<std::string>;
+using test::Names;
 
 // A gallows, 30 x 10 x 20 on a foot of 10 x 10: solid it falls to its arm's side. Hollowing the arm lets it stand.
 struct Gallows {
@@ -32,13 +34,6 @@ constexpr double kCavity = 18 * 8 * 8;
 // Of the hollow one, along x and z.
 constexpr double kCentreX = (4000 * 12.5 - kCavity * 20) / (4000 - kCavity);
 constexpr double kCentreZ = (4000 * 12.5 - kCavity * 15) / (4000 - kCavity);
-
-Names failed(const Verdict& verdict) {
-  Names names;
-  for (const Criterion& c : verdict.criteria)
-    if (!c.pass()) names.push_back(c.name);
-  return names;
-}
 
 const Criterion& criterion(const Verdict& verdict, const std::string& name) {
   const auto found =

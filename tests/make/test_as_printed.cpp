@@ -8,16 +8,11 @@
 #include "rayrep/judge/verify.h"
 #include "rayrep/make/hollow.h"
 #include "rayrep/mesh/mesh_check.h"
+#include "runs.h"
 #include "solids.h"
 
 namespace rayrep::test {
 namespace {
-
-HollowOptions coarse() {
-  HollowOptions options;
-  options.resolution = 40;
-  return options;
-}
 
 Moments moments_of_body(const Mesh& mesh) { return mesh_moments(mesh); }
 Moments moments_of_delivery(const Delivery& delivery) { return mesh_moments(delivery.body()); }
@@ -38,7 +33,7 @@ TEST(AsPrinted, WhatIsPrintedMeetsTheGoal) {
   StandSpec standing;
   standing.contact_tolerance_mm = 2;
   for (const Spec& spec : {Spec(afloat), Spec(standing)}) {
-    HollowOptions options = coarse();
+    HollowOptions options = coarse(40);
     const HollowResult plain = hollow(body, spec, options);
     options.as_printed = [](const Delivery& delivery) { return printed(delivery.body()); };
     const HollowResult result = hollow(body, spec, options);
@@ -56,7 +51,7 @@ TEST(AsPrinted, WhatIsPrintedMeetsTheGoal) {
 }
 
 TEST(AsPrinted, APrinterThatLaysDownTheMeshIsAskedOnce) {
-  HollowOptions options = coarse();
+  HollowOptions options = coarse(40);
   options.as_printed = moments_of_delivery;
   const HollowResult result = hollow(tilted_ellipsoid(), FloatSpec{}, options);
   EXPECT_EQ(result.slices.size(), 1U);
@@ -69,7 +64,7 @@ TEST(AsPrinted, APrinterThatLaysDownTheMeshIsAskedOnce) {
 }
 
 TEST(AsPrinted, APrinterThatJumpsMovesTheWaterlineThatWasLeftOpen) {
-  HollowOptions options = coarse();
+  HollowOptions options = coarse(40);
   // Whole layers only: 3 % of the mass.
   options.as_printed = [](const Delivery& delivery) {
     const Mesh mesh = delivery.body();
@@ -92,10 +87,10 @@ TEST(AsPrinted, APrinterThatJumpsMovesTheWaterlineThatWasLeftOpen) {
 }
 
 TEST(AsPrinted, ABodyWithAllTenNumbersIsRefused) {
-  HollowOptions options = coarse();
+  HollowOptions options = coarse(40);
   options.as_printed = moments_of_delivery;
   const Mesh body = uv_ellipsoid(30, 22, 16, 40);
-  const HollowResult made = hollow(body, FloatSpec{}, coarse());
+  const HollowResult made = hollow(body, FloatSpec{}, coarse(40));
   const MassProperties mass = mass_properties(made.delivery.body(), 1.24);
   TargetSpec all;
   for (int k = M1; k <= MXZ; ++k) all.wanted[static_cast<std::size_t>(k)] = inertial_number(mass, static_cast<MomentIndex>(k));

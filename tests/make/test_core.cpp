@@ -14,16 +14,11 @@
 #include "rayrep/make/hollow.h"
 #include "rayrep/mesh/mesh_check.h"
 #include "rayrep/physics/materials.h"
+#include "runs.h"
 #include "solids.h"
 
 namespace rayrep::test {
 namespace {
-
-HollowOptions coarse() {
-  HollowOptions options;
-  options.resolution = 50;
-  return options;
-}
 
 Mesh egg() { return rotated(uv_ellipsoid(36, 28, 22, 48), random_rotation(3)); }
 
@@ -40,13 +35,6 @@ double mass_g(const Delivery& delivery) {
   double sum = 0;
   for (const Part& part : delivery.parts) sum += 1e-3 * part.density_g_cm3 * mesh_moments(part.mesh)[M1];
   return sum;
-}
-
-std::string failed(const Verdict& verdict) {
-  std::string names;
-  for (const Criterion& c : verdict.criteria)
-    if (!c.pass()) names += c.name + " ";
-  return names;
 }
 
 double value_of(const Verdict& verdict, const std::string& name) {
@@ -68,11 +56,11 @@ TEST(Core, IsDeliveredProvenAndWeighed) {
     const Mesh body = spins ? tall_egg() : egg();
     for (const double partition_mm : {0.0, 1.0}) {
       std::visit([&](auto& s) { s.print.core = {7.29, "", {}, partition_mm, 0.1}; }, spec);
-      const HollowResult result = hollow(body, spec, coarse());
+      const HollowResult result = hollow(body, spec, coarse(50));
       EXPECT_LT(result.as_built_error, 1e-6);
       EXPECT_LT(std::abs(result.duality_gap.value_or(0)), 1e-6);
       const Verdict verdict = verify(result.delivery, &body, result.spec);
-      EXPECT_EQ(failed(verdict), "") << partition_mm;
+      EXPECT_EQ(failed(verdict), Names()) << partition_mm;
       EXPECT_NEAR(verdict.body.mass_g, mass_g(result.delivery), 1e-9 * verdict.body.mass_g);
       EXPECT_TRUE(is_closed_solid(core_of(result.delivery)));
       EXPECT_LT(value_of(verdict, "inserts_fit"), partition_mm > 0 ? 1e-9 : 0.03);
@@ -85,19 +73,19 @@ TEST(Core, MakesATopOfWhatVoidsCannot) {
   SpinSpec spec;
   spec.axis.through = SpinAxis::Through::centre_of_mass;
   const Mesh body = uv_ellipsoid(24, 24, 56, 48);
-  EXPECT_TRUE(mentions(message_of([&] { hollow(body, spec, coarse()); }, ErrorCode::goal), {"would not spin stably"}));
+  EXPECT_TRUE(mentions(message_of([&] { hollow(body, spec, coarse(50)); }, ErrorCode::goal), {"would not spin stably"}));
   spec.print.core.density_g_cm3 = 8.1;
-  const HollowResult result = hollow(body, spec, coarse());
-  EXPECT_EQ(failed(verify(result.delivery, &body, result.spec)), "");
+  const HollowResult result = hollow(body, spec, coarse(50));
+  EXPECT_EQ(failed(verify(result.delivery, &body, result.spec)), Names());
 }
 
 TEST(Core, OfThePrintsOwnDensityIsMaterialLeftIn) {
   StandSpec spec;
   spec.contact_tolerance_mm = 2;
-  const HollowResult cavity = hollow(egg(), spec, coarse());
+  const HollowResult cavity = hollow(egg(), spec, coarse(50));
   spec.print.core.density_g_cm3 = spec.print.density_g_cm3 * (1 + 1e-12);
   spec.print.core.clearance_mm = 0;
-  const HollowResult core = hollow(egg(), spec, coarse());
+  const HollowResult core = hollow(egg(), spec, coarse(50));
   const Moments a = mesh_moments(cavity.delivery.body());
   const Moments b = mesh_moments(core.delivery.body()) + mesh_moments(core_of(core.delivery));
   // On the grid of such coarse rays two cavities are told apart by this.
@@ -112,23 +100,24 @@ TEST(Core, TargetsAndCertificatesHoldWithIt) {
   const double solid_g = 1e-3 * target.print.density_g_cm3 * mesh_moments(body)[M1];
   target.wanted[M1] = 1.6 * solid_g;  // more than plastic can weigh
   target.wanted[MX] = 0;
-  const HollowResult heavy = hollow(body, target, coarse());
-  EXPECT_EQ(failed(verify(heavy.delivery, &body, heavy.spec)), "");
+  const HollowResult heavy = hollow(body, target, coarse(50));
+  EXPECT_EQ(failed(verify(heavy.delivery, &body, heavy.spec)), Names());
   EXPECT_LT(std::abs(*heavy.duality_gap), 1e-6);
   target.wanted[M1] = 8 * solid_g;
-  const std::string refused = message_of([&] { hollow(body, target, coarse()); }, ErrorCode::goal);
+  const std::string refused = message_of([&] { hollow(body, target, coarse(50)); }, ErrorCode::goal);
   EXPECT_TRUE(mentions(refused, {"Even with a core that takes all the room", "it weighs only"}));
 
   SpinSpec spec;
   spec.axis.through = SpinAxis::Through::centre_of_mass;
   spec.print.core.density_g_cm3 = 8.1;
   spec.certify = true;
-  const HollowResult top = hollow(tall_egg(), spec, coarse());
+  const HollowResult top = hollow(tall_egg(), spec, coarse(50));
   ASSERT_TRUE(top.certificate);
   EXPECT_TRUE(top.certificate->closed);
   EXPECT_LE(top.certificate->lower_bound, top.certificate->best.objective);
   spec.print.core.volume_cm3 = 5;
-  EXPECT_TRUE(mentions(message_of([&] { hollow(tall_egg(), spec, coarse()); }, ErrorCode::usage), {"--certify", "--core-volume"}));
+  EXPECT_TRUE(
+      mentions(message_of([&] { hollow(tall_egg(), spec, coarse(50)); }, ErrorCode::usage), {"--certify", "--core-volume"}));
 }
 
 TEST(Core, KeepsItsPartitionFromTheVoid) {
@@ -136,7 +125,7 @@ TEST(Core, KeepsItsPartitionFromTheVoid) {
   spec.contact_tolerance_mm = 2;
   spec.print.core = {core_material("steel-shot").density_g_cm3, "steel-shot", {}, {}, 0.1};
   EXPECT_TRUE(spec.print.core.poured());
-  const HollowResult result = hollow(egg(), spec, coarse());
+  const HollowResult result = hollow(egg(), spec, coarse(50));
   const Mesh core = core_of(result.delivery);
   // Every shell of the body is the outside, the core's room, or a void.
   Mesh voids;
@@ -155,12 +144,12 @@ TEST(Core, MustBeHeavierThanThePrintAndGoesWithoutInfill) {
   SpinSpec spec;
   spec.print.core.density_g_cm3 = 1.0;
   EXPECT_TRUE(
-      mentions(message_of([&] { hollow(egg(), spec, coarse()); }, ErrorCode::usage), {"heavier than what is printed", "1.24"}));
+      mentions(message_of([&] { hollow(egg(), spec, coarse(50)); }, ErrorCode::usage), {"heavier than what is printed", "1.24"}));
   spec.print.core.density_g_cm3 = 7800;
-  EXPECT_TRUE(mentions(message_of([&] { hollow(egg(), spec, coarse()); }, ErrorCode::usage), {"--core-density", "kg/m3"}));
+  EXPECT_TRUE(mentions(message_of([&] { hollow(egg(), spec, coarse(50)); }, ErrorCode::usage), {"--core-density", "kg/m3"}));
   spec.print.core.density_g_cm3 = 7.8;
   spec.print.infill.percent = 15;
-  EXPECT_TRUE(mentions(message_of([&] { hollow(egg(), spec, coarse()); }, ErrorCode::usage), {"core", "--infill"}));
+  EXPECT_TRUE(mentions(message_of([&] { hollow(egg(), spec, coarse(50)); }, ErrorCode::usage), {"core", "--infill"}));
   for (const CoreMaterial& m : core_materials()) EXPECT_EQ(&core_material(m.name), &m);
   EXPECT_TRUE(
       mentions(message_of([] { core_material("unobtainium"); }, ErrorCode::usage), {"unobtainium", "lead-shot", "--core-density"}));
@@ -169,7 +158,7 @@ TEST(Core, MustBeHeavierThanThePrintAndGoesWithoutInfill) {
 TEST(Suggest, ACoreWhereItHelps) {
   SpinSpec spec;
   spec.axis.through = SpinAxis::Through::centre_of_mass;
-  const Advice advice = suggest(uv_ellipsoid(24, 24, 56, 48), spec, coarse());
+  const Advice advice = suggest(uv_ellipsoid(24, 24, 56, 48), spec, coarse(50));
   bool core = false;
   for (const Suggestion& s : advice.suggestions) core = core || s.options.front().first == "core-material";
   EXPECT_TRUE(core);
@@ -177,7 +166,7 @@ TEST(Suggest, ACoreWhereItHelps) {
 
 TEST(Fixed, IsAKnownMassWithARoomOfItsOwn) {
   const Mesh body = uv_ellipsoid(36, 28, 22, 48);
-  HollowOptions options = coarse();
+  HollowOptions options = coarse(50);
   const Mesh coin = moved(cylinder(8, 2, 48), {10, 3, -9});
   options.fixed = {{insert(coin, 8.9)}};
   FloatSpec floating;
@@ -190,7 +179,7 @@ TEST(Fixed, IsAKnownMassWithARoomOfItsOwn) {
     const HollowResult result = hollow(body, spec, options);
     EXPECT_LT(result.as_built_error, 1e-6);
     const Verdict verdict = verify(result.delivery, &body, result.spec);
-    EXPECT_EQ(failed(verdict), "");
+    EXPECT_EQ(failed(verdict), Names());
     EXPECT_NEAR(verdict.body.mass_g, mass_g(result.delivery), 1e-9 * verdict.body.mass_g);
     EXPECT_EQ(core_of(result.delivery).vertices, coin.vertices);
     // The body alone would not do: the coin is a part of what was judged.
@@ -209,7 +198,7 @@ TEST(Fixed, IsAKnownMassWithARoomOfItsOwn) {
 TEST(Fixed, MustLieInsideWithTheWallAroundIt) {
   const Mesh body = box({0, 0, 0}, {40, 40, 30});
   const auto refuses = [&](std::vector<Part> fixed, ErrorCode code, std::initializer_list<const char*> words) {
-    HollowOptions options = coarse();
+    HollowOptions options = coarse(50);
     for (Part& part : fixed) options.fixed.push_back({std::move(part)});
     EXPECT_TRUE(mentions(message_of([&] { hollow(body, StandSpec{}, options); }, code), words));
   };
@@ -231,20 +220,20 @@ TEST(Inserts, ThatHaveNoRoomFail) {
     for (const Mesh& mesh : inserts) delivered.parts.push_back(insert(mesh, 8));
     return verify(delivered, &body, StandSpec{});
   };
-  EXPECT_EQ(failed(judged({room})), "");
-  EXPECT_EQ(failed(judged({box({10, 10, 10}, {20, 30, 20}), box({20, 10, 10}, {30, 30, 20})})), "");
+  EXPECT_EQ(failed(judged({room})), Names());
+  EXPECT_EQ(failed(judged({box({10, 10, 10}, {20, 30, 20}), box({20, 10, 10}, {30, 30, 20})})), Names());
   EXPECT_NEAR(value_of(judged({moved(room, {0, 0, 0.5})}), "inserts_fit"), 0.5, 1e-12);
-  EXPECT_EQ(failed(judged({moved(room, {0, 0, 0.5})})), "inserts_fit ");
-  EXPECT_EQ(failed(judged({moved(room, {0, 0, 0.05})})), "");
-  EXPECT_EQ(failed(judged({room, box({12, 12, 12}, {28, 28, 18})})), "inserts_fit ");
+  EXPECT_EQ(failed(judged({moved(room, {0, 0, 0.5})})), Names({"inserts_fit"}));
+  EXPECT_EQ(failed(judged({moved(room, {0, 0, 0.05})})), Names());
+  EXPECT_EQ(failed(judged({room, box({12, 12, 12}, {28, 28, 18})})), Names({"inserts_fit"}));
   EXPECT_GT(value_of(judged({moved(room, {100, 0, 0})}), "inserts_fit"), 70);
   // Through a plate, with no corner and no middle of a triangle in it.
   Delivery parted = delivery(hollow(body, merged({box({10, 10, 10}, {30, 30, 14.8}), box({10, 10, 15.2}, {30, 30, 20})})));
   parted.parts.push_back(insert(box({19, 19, 10.5}, {21, 21, 19.5}), 8));
-  EXPECT_EQ(failed(verify(parted, &body, StandSpec{})), "inserts_fit ");
+  EXPECT_EQ(failed(verify(parted, &body, StandSpec{})), Names({"inserts_fit"}));
   Mesh open = room;
   open.triangles.pop_back();
-  EXPECT_EQ(failed(judged({open})), "inserts_fit ");
+  EXPECT_EQ(failed(judged({open})), Names({"inserts_fit"}));
 }
 
 TEST(Inserts, AreNotWrittenWithTheBody) {
@@ -266,11 +255,11 @@ TEST(Balls, LieInPocketsWhereTheyDoMost) {
   standing.contact_tolerance_mm = 2;
   FloatSpec floating;
   for (Spec spec : {Spec(standing), Spec(floating)}) {
-    const HollowResult without = hollow(body, spec, coarse());
+    const HollowResult without = hollow(body, spec, coarse(50));
     std::visit([](auto& s) { s.print.balls = {4, 6, 7.85, 0.1}; }, spec);
-    const HollowResult result = hollow(body, spec, coarse());
+    const HollowResult result = hollow(body, spec, coarse(50));
     ASSERT_EQ(result.balls.size(), 4U);
-    EXPECT_EQ(failed(verify(result.delivery, &body, result.spec)), "");
+    EXPECT_EQ(failed(verify(result.delivery, &body, result.spec)), Names());
     EXPECT_NEAR(mesh_moments(balls_of(result))[M1], 4 * kPi * 36, 1e-9 * 36);
     const Eigen::Vector3d lowest = bounding_box(body).min();
     double last = 0;
@@ -298,27 +287,27 @@ TEST(Balls, LieInPocketsWhereTheyDoMost) {
 TEST(Balls, ThatHaveNoRoomAreRefused) {
   StandSpec spec;
   spec.print.balls = {40, 8, 7.85, 0.1};
-  const std::string message = message_of([&] { hollow(box({0, 0, 0}, {40, 40, 14}), spec, coarse()); }, ErrorCode::goal);
+  const std::string message = message_of([&] { hollow(box({0, 0, 0}, {40, 40, 14}), spec, coarse(50)); }, ErrorCode::goal);
   EXPECT_TRUE(mentions(message, {"There is room for", "of the 40 balls", "--ball-diameter"}));
   spec.print.balls.density_g_cm3 = 1;
-  EXPECT_TRUE(mentions(message_of([&] { hollow(egg(), spec, coarse()); }, ErrorCode::usage), {"heavier than what is printed"}));
+  EXPECT_TRUE(mentions(message_of([&] { hollow(egg(), spec, coarse(50)); }, ErrorCode::usage), {"heavier than what is printed"}));
   spec.print.balls.density_g_cm3 = 7.85;
   spec.print.core.density_g_cm3 = 8;
-  EXPECT_TRUE(mentions(message_of([&] { hollow(egg(), spec, coarse()); }, ErrorCode::usage), {"core", "--balls"}));
+  EXPECT_TRUE(mentions(message_of([&] { hollow(egg(), spec, coarse(50)); }, ErrorCode::usage), {"core", "--balls"}));
 }
 
 TEST(Core, OfWhichThereIsLittleIsLowAndNoMore) {
   StandSpec spec;
   spec.contact_tolerance_mm = 2;
   spec.print.core = {7.29, "tin", {}, {}, 0.1};
-  const HollowResult much = hollow(egg(), spec, coarse());
+  const HollowResult much = hollow(egg(), spec, coarse(50));
   const double all_cm3 = 1e-3 * mesh_moments(core_of(much.delivery))[M1];
   double last = much.solve.objective;
   for (const double share : {0.6, 0.2}) {
     spec.print.core.volume_cm3 = share * all_cm3;
-    const HollowResult result = hollow(egg(), spec, coarse());
+    const HollowResult result = hollow(egg(), spec, coarse(50));
     const Mesh body = egg();
-    EXPECT_EQ(failed(verify(result.delivery, &body, result.spec)), "") << share;
+    EXPECT_EQ(failed(verify(result.delivery, &body, result.spec)), Names()) << share;
     const double volume = 1e-3 * mesh_moments(core_of(result.delivery))[M1];
     EXPECT_LT(volume, share * all_cm3);
     EXPECT_GT(volume, 0.6 * share * all_cm3);  // the partition takes some

@@ -16,16 +16,11 @@
 #include "rayrep/mesh/mesh_check.h"
 #include "rayrep/rays/ray_integrals.h"
 #include "rayrep/solve/quadric.h"
+#include "runs.h"
 #include "solids.h"
 
 namespace rayrep::test {
 namespace {
-
-HollowOptions coarse() {
-  HollowOptions options;
-  options.resolution = 50;
-  return options;
-}
 
 Mesh tilted_ellipsoid() { return rotated(uv_ellipsoid(40, 30, 24, 48), random_rotation(3)); }
 
@@ -66,7 +61,7 @@ TEST(Infill, WeightedRaysAreScaledOnesBitForBit) {
 
 TEST(Infill, WithNothingLaidDownItIsTheCavity) {
   const Mesh body = tilted_ellipsoid();
-  HollowOptions options = coarse();
+  HollowOptions options = coarse(50);
   options.min_cavity_mm3 = 100;
   const FloatSpec spec = afloat(0);
   FloatSpec hollowed = spec;
@@ -89,7 +84,7 @@ TEST(Infill, IsDeliveredProvenAndJudged) {
   spinning.print = standing.print;
   double last_mm = 0;
   for (const Spec& spec : {Spec(afloat(5)), Spec(afloat(25)), Spec(afloat(45)), Spec(standing), Spec(spinning)}) {
-    const HollowResult result = hollow(std::holds_alternative<SpinSpec>(spec) ? icosphere(30, 4) : body, spec, coarse());
+    const HollowResult result = hollow(std::holds_alternative<SpinSpec>(spec) ? icosphere(30, 4) : body, spec, coarse(50));
     EXPECT_LT(result.as_built_error, 1e-6);
     EXPECT_LT(std::abs(result.duality_gap.value_or(0)), 1e-6);
     const Mesh original = result.delivery.body();
@@ -200,7 +195,7 @@ TEST(Infill, LessOfItOrACavityIsAdvised) {
   spec.print.infill = {.percent = 60};
   spec.waterline_mm = 20;
   std::vector<std::vector<std::pair<std::string, std::string>>> options;
-  for (const Suggestion& s : suggest(tilted_ellipsoid(), spec, coarse()).suggestions) options.push_back(s.options);
+  for (const Suggestion& s : suggest(tilted_ellipsoid(), spec, coarse(50)).suggestions) options.push_back(s.options);
   const std::vector<std::pair<std::string, std::string>> cavity = {{"cavity", "void"}, {"infill", "0"}};
   const bool less = std::any_of(options.begin(), options.end(),
                                 [&](const auto& o) { return o == cavity || (o.size() == 1 && o[0].first == "infill"); });

@@ -343,10 +343,6 @@ std::string heading_of(const Spec& spec) {
   return std::visit([](const auto& s) { return std::string(s.kGroup); }, spec);
 }
 
-Print& print_in(Spec& spec) {
-  return std::visit([](auto& s) -> Print& { return s.print; }, spec);
-}
-
 /// The up direction is told with the mesh, once, whatever the goal.
 void move_up(Settings& from, Settings& to) {
   const auto up = std::find_if(from.begin(), from.end(), [](const Setting& s) { return s.name == "up"; });
@@ -365,9 +361,9 @@ std::vector<Group> hollow_groups(Options& options) {
                "all."));
   Group goal{heading_of(options.spec), spec_rows(options.spec, For::making)};
   move_up(goal.settings, mesh.settings);
-  Group making{"Material and discretisation", settings(print_in(options.spec), For::making)};
+  Group making{"Material and discretisation", settings(print_of(options.spec), For::making)};
   append(making.settings, settings(options.hollow, options.spec));
-  Group infill{"Infill instead of cavities", settings(print_in(options.spec).infill, For::making)};
+  Group infill{"Infill instead of cavities", settings(print_of(options.spec).infill, For::making)};
   infill.settings.push_back(
       {.name = "3mf-flavor",
        .value = "NAME",
@@ -378,8 +374,8 @@ std::vector<Group> hollow_groups(Options& options) {
            "you say in the slicer what they are.",
        .place = choice("3mf-flavor", options.flavor, kThreeMfFlavorNames),
        .rare = true});
-  Group core{"Heavy cores, and what is not printed", settings(print_in(options.spec).core, For::making)};
-  append(core.settings, settings(print_in(options.spec).balls, For::making));
+  Group core{"Heavy cores, and what is not printed", settings(print_of(options.spec).core, For::making)};
+  append(core.settings, settings(print_of(options.spec).balls, For::making));
   core.settings.push_back(fixed_row(
       options,
       "A magnet, bolt, coin or motor: a mesh in mm, where it is in the finished body (--unit and --size do not move it), "
@@ -407,8 +403,8 @@ std::vector<Group> verify_groups(Options& options) {
                   .words = goal_words(),
                   .details = "What is judged. Options of another goal are refused.",
                   .place = TextPlace{[](const std::string&) {}, [&options] { return options.goal; }}}}};
-  append(judging.settings, settings(print_in(options.spec), For::judging));
-  append(judging.settings, settings(print_in(options.spec).infill, For::judging));
+  append(judging.settings, settings(print_of(options.spec), For::judging));
+  append(judging.settings, settings(print_of(options.spec).infill, For::judging));
   judging.settings.push_back(fixed_row(options,
                                        "A heavy core, a magnet, a coin: a mesh in mm, where it is in the body. It must have room "
                                        "there, within 0.1 mm. May be given several times."));
@@ -631,7 +627,7 @@ void check_slicer(const Given& given, Options& options) {
     options.no_advice = true;
   }
   if (options.each && !options.as_sliced.empty()) usage_error("--as-sliced is for one body: leave --each out.");
-  const bool by_profile = print_in(options.spec).infill.wanted();  // see choose_infill
+  const bool by_profile = print_of(options.spec).infill.wanted();  // see choose_infill
   for (const char* name : {"profile", "gcode"})
     if (!slices && given.contains(name) && !(by_profile && std::string(name) == "profile"))
       usage_error(std::string("--") + name + " goes with a slicer: say --slicer prusa-slicer, too.");
@@ -643,14 +639,14 @@ void check_slicer(const Given& given, Options& options) {
     choose_print_direction(options);
     const Printed last = read_printed(options.as_sliced, options.printed);
     if (options.measured_mass_g)
-      print_in(options.spec).density_g_cm3 = *options.measured_mass_g / (1e-3 * last.body()[M1]);
+      print_of(options.spec).density_g_cm3 = *options.measured_mass_g / (1e-3 * last.body()[M1]);
     else if (!options.density_given && last.likely_density_g_cm3())
-      print_in(options.spec).density_g_cm3 = *last.likely_density_g_cm3();
+      print_of(options.spec).density_g_cm3 = *last.likely_density_g_cm3();
   }
   if (!slices && options.slicer.profile.empty()) return;
   const SlicerProfile profile = read_slicer_profile(options.slicer.profile);
   if (!options.density_given && options.as_sliced.empty() && profile.density_g_cm3)
-    print_in(options.spec).density_g_cm3 = *profile.density_g_cm3;
+    print_of(options.spec).density_g_cm3 = *profile.density_g_cm3;
   if (!slices) return;
   choose_print_direction(options);
   if (options.gcode.empty()) options.gcode = std::filesystem::path(options.output).replace_extension(".gcode");
@@ -660,7 +656,7 @@ void check_slicer(const Given& given, Options& options) {
 /// @throws Error{usage} for what goes with infill only
 void choose_infill(const Given& given, Options& options) {
   if (options.command != Command::hollow) return;
-  Print& print = print_in(options.spec);
+  Print& print = print_of(options.spec);
   Infill& infill = print.infill;
   if (given.contains("cavity") && given.at("cavity").front() == "void" && infill.wanted())
     usage_error("--cavity void has no infill: leave it or --infill out.");

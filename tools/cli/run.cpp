@@ -312,25 +312,26 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   PendingFile pending(options.output);
   report.delivered_triangles = hollow.delivery.solid().triangles.size();
   pending.write(hollow.delivery, options.flavor);
-  // What is put in: what was made for it, and the user's own.
+  // What is put in: the user's own, then what was made for it.
   Part made{{}, Part::Role::insert, options.insert_density()};
   std::vector<Part> put_in;
-  for (const Part& part : hollow.delivery.parts)
-    if (part.role == Part::Role::insert) put_in.push_back(part);
-  const std::size_t count = put_in.size() - options.fixed.size();
-  const bool first = hollow.balls.empty();  // a core; balls come last
-  const auto begin = put_in.begin() + static_cast<std::ptrdiff_t>(first ? 0 : options.fixed.size());
-  std::for_each(begin, begin + static_cast<std::ptrdiff_t>(count), [&made](const Part& part) { append(made.mesh, part.mesh); });
-  put_in.erase(begin, begin + static_cast<std::ptrdiff_t>(count));
+  for (const Part& part : hollow.delivery.parts) {
+    if (part.role != Part::Role::insert) continue;
+    if (put_in.size() < options.fixed.size())
+      put_in.push_back(part);
+    else
+      append(made.mesh, part.mesh);
+  }
   report.pauses_mm = hollow.delivery.pauses_mm;
   hollow.delivery = {};
   constexpr ReadOptions kAnySize{.memory_bytes = std::numeric_limits<std::size_t>::max()};
   std::optional<PendingFile> insert;
-  if (count > 0) {
+  if (!made.mesh.triangles.empty()) {
     insert.emplace(options.insert_output);
     insert->write({{{.mesh = made.mesh}}});
     made.mesh = read_mesh(insert->path(), kAnySize).mesh;
-    report.insert = {options.insert_output.string(), mass_properties(made.mesh, made.density_g_cm3)};
+    report.insert = {options.insert_output.string(), mass_properties(made.mesh, made.density_g_cm3),
+                     connected_components(made.mesh).count};
     put_in.push_back(std::move(made));
   }
   progress.begin("verify");
@@ -354,6 +355,7 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   }
   std::error_code ignored;
   const bool replaced = std::filesystem::exists(options.output, ignored);
+  const bool replaced_insert = insert && std::filesystem::exists(options.insert_output, ignored);
   progress.check();
   const Uninterrupted whole(!options.each);
   if (insert) insert->commit();
@@ -370,7 +372,8 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   char took[32];
   std::snprintf(took, sizeof took, "%.2f", report.timings_s.back().second);
   std::cout << "VERIFIED: wrote " << printable(report.output) << ", " << report.delivered_triangles << " triangles, in " << took
-            << " s" << (replaced ? "; it replaced the file that was there" : "") << "\n"
+            << " s" << (replaced ? "; it replaced the file that was there" : "")
+            << (replaced_insert ? "; it replaced " + printable(options.insert_output.string()) + ", too" : "") << "\n"
             << printing_text(report);
 }
 

@@ -137,6 +137,7 @@ void check(const TargetSpec& spec, Setting::For purpose);
 
 /// The print of any spec, and its up direction.
 const Print& print_of(const Spec& spec);
+Print& print_of(Spec& spec);
 const Eigen::Vector3d& up_of(const Spec& spec);
 
 }  // namespace rayrep

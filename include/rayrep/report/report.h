@@ -56,6 +56,7 @@ struct RunReport {
   struct Insert {
     std::string path;
     MassProperties mass;
+    int pieces = 1;
   };
   std::optional<Insert> insert;
   std::vector<double> pauses_mm;  ///< of the print, to put in what is fixed

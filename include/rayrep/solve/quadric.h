@@ -21,7 +21,7 @@ struct QuadricSolution {
   /// Proven for affine goals: no interior on these rays that meets the constraints does better. -infinity otherwise.
   double lower_bound = 0;
   double price = 0;       ///< of what fills the rays, where there is not enough of it: see RayIntegrals::priced
-  double filled_mm3 = 0;  ///< volume that it takes. When infeasible for lack of it: how much it would take at least; else 0
+  double filled_mm3 = 0;  ///< volume that it takes; when infeasible for lack of it, how much it would take at least
   /// When infeasible: multipliers y with min over all interiors of y.c(s) > 0, which one pass over the rays can check
   /// (separation_margin). Empty otherwise.
   Eigen::VectorXd separation;
