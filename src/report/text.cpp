@@ -295,6 +295,8 @@ std::string printing_text(const RunReport& report) {
         "at 100 % infill, with supports on the build plate only (automatic supports fill the cavity). A 3MF output (-o NAME.3mf) "
         "carries both";
   }
+  if (!report.dense_output.empty())
+    text += format(". %s is what is solid, %s what is sparse", report.dense_output, report.sparse_output);
   if (report.insert) text += ". " + insert_text(report);
   if (!report.pauses_mm.empty()) text += ". " + pauses_text(report);
   return wrapped(text +

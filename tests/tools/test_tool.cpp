@@ -15,6 +15,7 @@
 
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/judge/verify.h"
+#include "rayrep/mesh/mesh_check.h"
 #include "solids.h"
 
 namespace rayrep {
@@ -929,6 +930,22 @@ TEST_F(Tool, InfillInsteadOfACavity) {
   EXPECT_TRUE(mentions(profiled.out + profiled.err, {"30 % (cubic)", "wall 2 mm", "material 1.3 g/cm3"}));
   EXPECT_EQ(profiled.code, 0) << profiled.err;
   EXPECT_TRUE(mentions(run(egg + "--infill 20 -o egg.stl").err, {"3MF", ".3mf"}));
+  // Both phases are closed meshes that make up the body, and weigh what was promised.
+  const Run phases = run(egg + "--infill 20 --infill-laid-down 21.5 --phases --density 1 --report r.json");
+  EXPECT_EQ(phases.code, 0) << phases.err;
+  EXPECT_TRUE(mentions(phases.out, {"egg_float_dense.3mf", "egg_float_sparse.3mf"}));
+  const auto volume = [this](const char* name) {
+    const CheckedMesh mesh = check_mesh(read_mesh(folder_ / name).mesh);
+    EXPECT_TRUE(mesh.report.usable) << mesh.report.refusal;
+    return mass_properties(mesh.mesh, 1).volume_mm3;
+  };
+  const double dense = volume("egg_float_dense.3mf");
+  const double sparse = volume("egg_float_sparse.3mf");
+  EXPECT_GT(sparse, 100);
+  EXPECT_NEAR(dense + sparse, volume("egg.stl"), 1e-3);
+  EXPECT_NEAR((dense + 0.215 * sparse) / 1000, nlohmann::json::parse(text_of(folder_ / "r.json"))["after"]["mass_g"].get<double>(),
+              1e-5);
+  EXPECT_TRUE(mentions(run(egg + "--phases").err, {"--infill 15"}));
   const Run capitals = run(egg + "--infill 20 -o EGG.3MF");
   EXPECT_EQ(capitals.code, 0) << capitals.err;
   // Where modifiers are not counted that is said, or refused.

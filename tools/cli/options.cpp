@@ -374,6 +374,13 @@ std::vector<Group> hollow_groups(Options& options) {
            "you say in the slicer what they are.",
        .place = choice("3mf-flavor", options.flavor, kThreeMfFlavorNames),
        .rare = true});
+  infill.settings.push_back(
+      {.name = "phases",
+       .value = "",
+       .words = "write what is dense and what is sparse as closed meshes, too: NAME_dense, NAME_sparse",
+       .details = "For slicers and simulations that take a mesh for each material; the judge does not need them.",
+       .place = &options.phases,
+       .rare = true});
   Group core{"Heavy cores, and what is not printed", settings(print_of(options.spec).core, For::making)};
   append(core.settings, settings(print_of(options.spec).balls, For::making));
   core.settings.push_back(fixed_row(
@@ -667,6 +674,7 @@ void choose_infill(const Given& given, Options& options) {
     for (const Setting& s : settings(none, For::making))
       if (s.name != "cavity" && s.name != "infill" && given.contains(s.name))
         usage_error("--" + s.name + " goes with infill instead of a cavity: say --infill 15, too.");
+    if (given.contains("phases")) usage_error("--phases writes what is dense and what is sparse: say --infill 15, too.");
     if (given.contains("3mf-flavor")) usage_error("--3mf-flavor tells whose infill modifier is written: say --infill 15, too.");
     return;
   }
@@ -697,11 +705,14 @@ void choose_output(Options& options) {
   if (sparse && !can_write_infill(options.output))
     usage_error("Where to print sparsely is told by a modifier, which only 3MF holds: end '" + options.output.string() +
                 "' in .3mf.");
+  const auto beside = [&output = options.output](const std::string& what) {
+    return output.parent_path() / (output.stem().string() + what + output.extension().string());
+  };
   const Print& print = print_of(options.spec);
-  if (print.core.wanted() || print.balls.wanted()) {
-    const std::string name =
-        options.output.stem().string() + (print.core.wanted() ? "_core" : "_balls") + options.output.extension().string();
-    options.insert_output = options.output.parent_path() / name;
+  if (print.core.wanted() || print.balls.wanted()) options.insert_output = beside(print.core.wanted() ? "_core" : "_balls");
+  if (options.phases) {
+    options.dense_output = beside("_dense");
+    options.sparse_output = beside("_sparse");
   }
   if (!can_write(options.output))
     usage_error("Cannot tell what to write from the name '" + options.output.string() + "': end it in .stl, .obj, .ply or .3mf.");
@@ -741,6 +752,13 @@ double Options::insert_density() const {
   return made.core.wanted() ? made.core.density_g_cm3 : made.balls.density_g_cm3;
 }
 
+std::vector<std::filesystem::path> Options::meshes() const {
+  std::vector<std::filesystem::path> written;
+  for (const auto& mesh : {output, insert_output, dense_output, sparse_output})
+    if (!mesh.empty()) written.push_back(mesh);
+  return written;
+}
+
 void refuse_overwriting(const Options& options) {
   const auto same = [](const std::filesystem::path& a, const std::filesystem::path& b) {
     std::error_code ignored;
@@ -748,7 +766,8 @@ void refuse_overwriting(const Options& options) {
   };
   std::vector<std::filesystem::path> read = {options.input, options.original};
   for (const FixedFile& file : options.fixed) read.push_back(file.path);
-  for (const auto& output : {options.output, options.insert_output})
+  const std::vector<std::filesystem::path> written = options.meshes();
+  for (const auto& output : written)
     for (const auto& input : read)
       if (same(output, input))
         usage_error("The output '" + output.string() + "' is " + (input == options.input ? "the input itself" : "read, too") +
@@ -757,7 +776,7 @@ void refuse_overwriting(const Options& options) {
       {"report", options.report}, {"urdf", options.urdf}, {"mjcf", options.mjcf}, {"gcode", options.gcode}};
   for (const auto& [name, text] : texts) {
     std::vector<std::filesystem::path> meshes = read;
-    meshes.insert(meshes.end(), {options.output, options.insert_output});
+    meshes.insert(meshes.end(), written.begin(), written.end());
     for (const auto& mesh : meshes)
       if (same(text, mesh))
         usage_error("The " + std::string(name) + " '" + text.string() + "' would overwrite a mesh: choose another name with --" +

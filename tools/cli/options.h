@@ -55,8 +55,10 @@ struct Options {
   std::filesystem::path sliced_mesh;      ///< what this command made before; both or neither
   std::optional<double> measured_mass_g;  ///< of a print, by a scale: tells the density
 
-  std::filesystem::path output;         ///< empty: the default name
-  std::filesystem::path insert_output;  ///< of a heavy core or balls; empty: there are none
+  std::filesystem::path output;                       ///< empty: the default name
+  std::filesystem::path insert_output;                ///< of a heavy core or balls; empty: there are none
+  bool phases = false;                                ///< of infill: write what is dense and what is sparse as meshes, too:
+  std::filesystem::path dense_output, sparse_output;  ///< empty: they are not written
   ThreeMfFlavor flavor = ThreeMfFlavor::prusa;
   std::filesystem::path
       original;  ///< verify: the surface that must be unchanged; measure: where the print is looked for; may be empty
@@ -64,8 +66,10 @@ struct Options {
   std::filesystem::path urdf;    ///< target, inspect; empty: none
   std::filesystem::path mjcf;
   double insert_density() const;  ///< of what is in insert_output
-  bool suggest = false;           ///< print command lines that would succeed when this one cannot
-  bool no_advice = false;         ///< do not look for them
+  /// All meshes that are written.
+  std::vector<std::filesystem::path> meshes() const;
+  bool suggest = false;    ///< print command lines that would succeed when this one cannot
+  bool no_advice = false;  ///< do not look for them
   bool json = false;
   bool quiet = false;
   bool verbose = false;

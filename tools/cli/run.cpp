@@ -11,6 +11,7 @@
 #include <ctime>
 #include <iostream>
 #include <limits>
+#include <list>
 #include <system_error>
 
 #include "interrupt.h"
@@ -183,9 +184,7 @@ void refuse_loose_bodies(const Options& options, ReadMesh& mesh, const Progress&
 /// go to a device.
 void require_outputs(const Options& options) {
   constexpr std::int64_t kOld_s = 3600;
-  std::vector<std::filesystem::path> files;
-  for (const auto& mesh : {options.output, options.insert_output})
-    if (!mesh.empty()) files.push_back(mesh);
+  std::vector<std::filesystem::path> files = options.meshes();
   for (const auto& text : {options.report, options.urdf, options.mjcf, options.gcode})
     if (!text.empty() && !is_stream(text)) files.push_back(text);
   for (const auto& file : files) {
@@ -234,7 +233,8 @@ std::filesystem::path numbered(const std::filesystem::path& path, std::size_t nu
 /// The options for one body of many.
 Options options_for(const Options& options, std::size_t number) {
   Options one = options;
-  for (std::filesystem::path* path : {&one.output, &one.insert_output, &one.report, &one.urdf, &one.mjcf, &one.gcode})
+  for (std::filesystem::path* path :
+       {&one.output, &one.insert_output, &one.dense_output, &one.sparse_output, &one.report, &one.urdf, &one.mjcf, &one.gcode})
     *path = numbered(*path, number);
   refuse_overwriting(one);
   require_outputs(one);
@@ -303,6 +303,28 @@ struct ToDeliver {
   const SlicedBodies* sliced;  ///< null: the mesh alone is judged
 };
 
+/// Meshes of their own that go with the output: they wait beside their final places until it is judged.
+class Companions {
+public:
+  /// @throws Error{write}
+  std::filesystem::path write(const std::filesystem::path& target, const Mesh& mesh) {
+    PendingFile& file = files_.emplace_back(target);
+    file.write({{{.mesh = mesh}}});
+    std::error_code ignored;
+    if (std::filesystem::exists(target, ignored)) replaced_ += "; it replaced " + printable(target.string()) + ", too";
+    return file.path();
+  }
+  void commit() {
+    for (PendingFile& file : files_) file.commit();
+  }
+  /// What of these was there before, for the summary.
+  const std::string& replaced() const { return replaced_; }
+
+private:
+  std::list<PendingFile> files_;
+  std::string replaced_;
+};
+
 /// Writes the hollowed mesh and a core beside their final places, has them judged as re-read from disk, and puts them in place if
 /// they pass.
 void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Progress& progress) {
@@ -323,13 +345,17 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
       append(made.mesh, part.mesh);
   }
   report.pauses_mm = hollow.delivery.pauses_mm;
+  Companions companions;
+  if (options.phases && hollow.delivery.has_infill()) {
+    companions.write(options.dense_output, hollow.delivery.solid());
+    companions.write(options.sparse_output, hollow.delivery.mesh_of(Part::Role::modifier));
+    report.dense_output = options.dense_output.string();
+    report.sparse_output = options.sparse_output.string();
+  }
   hollow.delivery = {};
   constexpr ReadOptions kAnySize{.memory_bytes = std::numeric_limits<std::size_t>::max()};
-  std::optional<PendingFile> insert;
   if (!made.mesh.triangles.empty()) {
-    insert.emplace(options.insert_output);
-    insert->write({{{.mesh = made.mesh}}});
-    made.mesh = read_mesh(insert->path(), kAnySize).mesh;
+    made.mesh = read_mesh(companions.write(options.insert_output, made.mesh), kAnySize).mesh;
     report.insert = {options.insert_output.string(), mass_properties(made.mesh, made.density_g_cm3),
                      connected_components(made.mesh).count};
     put_in.push_back(std::move(made));
@@ -355,10 +381,9 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   }
   std::error_code ignored;
   const bool replaced = std::filesystem::exists(options.output, ignored);
-  const bool replaced_insert = insert && std::filesystem::exists(options.insert_output, ignored);
   progress.check();
   const Uninterrupted whole(!options.each);
-  if (insert) insert->commit();
+  companions.commit();
   pending.commit();
   if (sliced) sliced->deliver(hollow.best_slice);
   report.output = options.output.string();
@@ -372,8 +397,7 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   char took[32];
   std::snprintf(took, sizeof took, "%.2f", report.timings_s.back().second);
   std::cout << "VERIFIED: wrote " << printable(report.output) << ", " << report.delivered_triangles << " triangles, in " << took
-            << " s" << (replaced ? "; it replaced the file that was there" : "")
-            << (replaced_insert ? "; it replaced " + printable(options.insert_output.string()) + ", too" : "") << "\n"
+            << " s" << (replaced ? "; it replaced the file that was there" : "") << companions.replaced() << "\n"
             << printing_text(report);
 }
 

@@ -59,7 +59,8 @@ struct RunReport {
     int pieces = 1;
   };
   std::optional<Insert> insert;
-  std::vector<double> pauses_mm;  ///< of the print, to put in what is fixed
+  std::string dense_output, sparse_output;  ///< paths of the two phases of infill; empty: not written
+  std::vector<double> pauses_mm;            ///< of the print, to put in what is fixed
   std::size_t delivered_triangles = 0;
   std::optional<HollowResult> hollow;                     ///< none: a verify run
   Figures before;                                         ///< of the solid; empty for a verify run
