@@ -18,6 +18,7 @@
 #include "rayrep/mesh/mesh.h"                // triangles
 #include "rayrep/mesh/mesh_check.h"          // defects; the union of overlapping components
 #include "rayrep/mesh/section.h"             // where a mesh crosses a plane
+#include "rayrep/mesh/clip.h"                // what of a mesh lies above a plane
 #include "rayrep/mesh/bodies.h"              // which parts of a mesh hang together
 #include "rayrep/mesh/delivery.h"            // what is made: meshes with their roles
 
@@ -33,6 +34,7 @@
 #include "rayrep/physics/hydrostatics.h"     // displacement, buoyancy, metacentre, where it comes to rest
 #include "rayrep/physics/spin.h"             // which axis, and at which speeds a spin is stable
 #include "rayrep/physics/support_polygon.h"  // contact with the ground, tipping angles
+#include "rayrep/physics/resting.h"          // how a body rolls to rest on the ground
 #include "rayrep/physics/materials.h"        // densities
 #include "rayrep/physics/spin_axis.h"        // through which point a body spins
 #include "rayrep/physics/spec.h"             // what a body is for

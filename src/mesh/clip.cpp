@@ -1,0 +1,86 @@
+#include "rayrep/mesh/clip.h"
+
+#include <array>
+#include <unordered_map>
+#include <vector>
+
+#include "mesh/holes.h"
+#include "mesh/rims.h"
+
+namespace rayrep {
+namespace {
+
+/// Cuts triangles at a plane, edge by edge.
+class Clip {
+public:
+  Clip(const Mesh& mesh, const ClipPlane& plane) : mesh_(mesh), plane_(plane), kept_(mesh.vertices.size(), -1) {
+    height_.reserve(mesh.vertices.size());
+    for (const Eigen::Vector3d& v : mesh.vertices) height_.push_back(plane.normal.dot(v) - plane.offset_mm);
+  }
+
+  Mesh run() {
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) add(mesh_.triangles[t]);
+    return std::move(result_);
+  }
+
+private:
+  /// What of a triangle is above: up to four corners. Corners that fall together, as at a vertex in the plane, count once.
+  void add(const Eigen::Vector3i& triangle) {
+    if (height_[triangle[0]] == 0 && height_[triangle[1]] == 0 && height_[triangle[2]] == 0) return;
+    std::array<int, 4> corners{};
+    int count = 0;
+    const auto push = [&](int v) {
+      if (count == 0 || (corners[count - 1] != v && corners[0] != v)) corners[count++] = v;
+    };
+    for (int k = 0; k < 3; ++k) {
+      const int a = triangle[k];
+      const int b = triangle[(k + 1) % 3];
+      if (height_[a] >= 0) push(kept(a));
+      if ((height_[a] >= 0) != (height_[b] >= 0)) push(crossing(a, b));
+    }
+    for (int k = 2; k < count; ++k) result_.triangles.emplace_back(corners[0], corners[k - 1], corners[k]);
+  }
+
+  int kept(int v) {
+    if (kept_[v] < 0) {
+      kept_[v] = static_cast<int>(result_.vertices.size());
+      result_.vertices.push_back(mesh_.vertices[v]);
+    }
+    return kept_[v];
+  }
+
+  /// Where the edge crosses the plane.
+  int crossing(int a, int b) {
+    const int low = height_[a] < height_[b] ? a : b;
+    const int high = low == a ? b : a;
+    if (height_[high] == 0) return kept(high);
+    const auto key = (static_cast<std::uint64_t>(low) << 32) | static_cast<std::uint32_t>(high);
+    const auto [place, is_new] = crossings_.try_emplace(key, static_cast<int>(result_.vertices.size()));
+    if (is_new) {
+      const double t = height_[low] / (height_[low] - height_[high]);
+      Eigen::Vector3d p = mesh_.vertices[low] + t * (mesh_.vertices[high] - mesh_.vertices[low]);
+      p -= (plane_.normal.dot(p) - plane_.offset_mm) * plane_.normal;
+      result_.vertices.push_back(p);
+    }
+    return place->second;
+  }
+
+  const Mesh& mesh_;
+  const ClipPlane& plane_;
+  std::vector<double> height_;  ///< of each vertex above the plane
+  std::vector<int> kept_;       ///< its number in the result
+  std::unordered_map<std::uint64_t, int> crossings_;
+  Mesh result_;
+};
+
+}  // namespace
+
+Mesh clipped(const Mesh& mesh, const ClipPlane& plane, const Progress& progress) {
+  Mesh result = Clip(mesh, plane).run();
+  progress.check();
+  const Rims rims = rims_of(result);
+  if (!rims.closed()) close_flat(holes_of(result, rims), 1e-9 * bounding_box(mesh).diagonal().norm(), result, progress);
+  return result;
+}
+
+}  // namespace rayrep
