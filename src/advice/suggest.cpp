@@ -6,34 +6,38 @@
 #include <numbers>
 #include <optional>
 
+#include "base/rotation.h"
 #include "base/text.h"
 #include "make/plan.h"
 #include "make/spin_search.h"
 #include "rayrep/base/error.h"
 #include "rayrep/judge/verify.h"
 #include "rayrep/physics/materials.h"
+#include "rayrep/physics/resting.h"
 
 namespace rayrep {
 namespace {
 
 using detail::SpinFrame;
 
-constexpr int kFewRays = 80;     ///< along the longest side, to see whether a change is worth a trial
 constexpr int kMostLooks = 100;  ///< on few rays: then it is enough
 constexpr int kMostTrials = 12;  ///< in full
+constexpr double kDegree = std::numbers::pi / 180;
 
 /// A change of what was asked, on the way to become a suggestion.
 using Change = Suggestion;
 
 Change combined(const Change& before, const Change& more) {
   if (before.options.empty()) return more;
-  Change change{before.change + " and " + more.change, before.options};
+  Change change{before.change + " and " + more.change, before.options, before.kinds};
   change.options.insert(change.options.end(), more.options.begin(), more.options.end());
+  change.kinds.insert(change.kinds.end(), more.kinds.begin(), more.kinds.end());
   return change;
 }
 
 /// A way to change what was asked.
 struct Way {
+  ChangeKind kind;
   std::string words;  ///< of what was tried
   /// From the least change to the largest: what one of them makes possible, the next makes possible mostly, too.
   std::vector<Change> ladder;
@@ -52,6 +56,7 @@ void set(Spec& spec, const std::string& name, const std::string& text) {
     for (Setting& row : settings(goal.print, Setting::For::making)) rows.push_back(std::move(row));
     for (Setting& row : settings(goal.print.infill, Setting::For::making)) rows.push_back(std::move(row));
     for (Setting& row : settings(goal.print.core, Setting::For::making)) rows.push_back(std::move(row));
+    for (Setting& row : settings(goal.print.balls, Setting::For::making)) rows.push_back(std::move(row));
     for (Setting& row : rows)
       if (row.name == name) parse(row, text);
   };
@@ -65,33 +70,43 @@ void set(Spec& spec, const std::string& name, const std::string& text) {
 
 class Adviser {
 public:
-  Adviser(const Mesh& mesh, const Spec& asked, const HollowOptions& options, const Progress& progress)
-      : mesh_(mesh), asked_(asked), options_(options), quiet_{.stage = {}, .cancelled = progress.cancelled} {
+  Adviser(const Mesh& mesh, const Spec& asked, const HollowOptions& options, const Search& search, const Progress& progress)
+      : mesh_(mesh),
+        asked_(asked),
+        options_(options),
+        few_(detail::on_few_rays(options)),
+        search_(search),
+        quiet_{.stage = {}, .cancelled = progress.cancelled} {
     size_mm_ = bounding_box(mesh).sizes().maxCoeff();
     add_ways();
+    std::erase_if(ways_, [&kinds = search.kinds](const Way& way) {
+      return !kinds.empty() && std::find(kinds.begin(), kinds.end(), way.kind) == kinds.end();
+    });
+    std::stable_sort(ways_.begin(), ways_.end(), [](const Way& a, const Way& b) { return a.kind < b.kind; });
   }
 
-  Advice run(const std::function<void(const Suggestion&)>& found) {
-    Advice advice;
-    const auto keep = [&](const std::optional<Change>& change) {
-      if (!change) return;
-      advice.suggestions.push_back(*change);
-      if (found) found(*change);
-    };
+  Advice run() {
+    const auto enough = [this] { return search_.first_only && !advice_.suggestions.empty(); };
     for (const Way& way : ways_) {
-      advice.tried += (advice.tried.empty() ? "" : ", ") + way.words;
+      if (enough()) return advice_;
+      advice_.tried += (advice_.tried.empty() ? "" : ", ") + way.words;
       keep(least(way, {}));
     }
-    if (advice.suggestions.empty()) {
-      advice.tried += ", and two of these together";
-      for (std::size_t a = 0; a < ways_.size(); ++a)
-        for (std::size_t b = 0; b < ways_.size() && advice.suggestions.empty(); ++b)
-          if (a != b && !ways_[a].ladder.empty() && (a < b || ways_[b].ladder.empty())) keep(least_pair(ways_[a], ways_[b]));
-    }
-    return advice;
+    if (!advice_.suggestions.empty() || ways_.size() < 2) return advice_;
+    advice_.tried += ", and two of these together";
+    for (std::size_t a = 0; a < ways_.size(); ++a)
+      for (std::size_t b = 0; b < ways_.size() && advice_.suggestions.empty(); ++b)
+        if (a != b && !ways_[a].ladder.empty() && (a < b || ways_[b].ladder.empty())) keep(least_pair(ways_[a], ways_[b]));
+    return advice_;
   }
 
 private:
+  void keep(const std::optional<Change>& change) {
+    if (!change) return;
+    advice_.suggestions.push_back(*change);
+    if (search_.found) search_.found(*change);
+  }
+
   Spec spec_with(const Change& change) const {
     Spec spec = asked_;
     for (const auto& [name, text] : change.options) set(spec, name, text);
@@ -108,10 +123,10 @@ private:
     return mesh;
   }
 
-  HollowOptions few_rays() const {
-    HollowOptions few = options_;
-    few.resolution = std::min(options_.resolution, kFewRays);
-    return few;
+  static Change step_of(const Way& way, std::size_t n) {
+    Change change = way.ladder[n];
+    change.kinds = {way.kind};
+    return change;
   }
 
   /// Whether it can be done on few rays.
@@ -119,7 +134,7 @@ private:
     quiet_.check();
     if (++looks_ > kMostLooks) return false;
     try {
-      std::visit([&](const auto& spec) { detail::plan(mesh_with(change), spec, few_rays(), quiet_); }, spec_with(change));
+      std::visit([&](const auto& spec) { detail::plan(mesh_with(change), spec, few_, quiet_); }, spec_with(change));
       return true;
     } catch (const Error& error) {
       if (error.code() == ErrorCode::interrupted) throw;
@@ -129,12 +144,14 @@ private:
   }
 
   /// Whether it is done: made as asked, and judged.
-  bool delivers(const Change& change) {
+  bool delivers(const Change& change) { return is_made(change, options_); }
+
+  bool is_made(const Change& change, const HollowOptions& options) {
     quiet_.check();
     if (++trials_ > kMostTrials) return false;
     try {
       const Mesh mesh = mesh_with(change);
-      const HollowResult result = hollow(mesh, spec_with(change), options_, quiet_);
+      const HollowResult result = hollow(mesh, spec_with(change), options, quiet_);
       return verify(result.delivery, &mesh, result.spec, {}, quiet_).pass();
     } catch (const Error& error) {
       if (error.code() == ErrorCode::interrupted) throw;
@@ -165,22 +182,24 @@ private:
   /// The least change along a way that is in reach and, tried in full, delivers.
   std::optional<Change> least(const Way& way, const Change& before) {
     if (way.search) {
-      const std::optional<Change> change = way.search(before);
-      if (!change || !delivers(combined(before, *change))) return std::nullopt;
+      std::optional<Change> change = way.search(before);
+      if (!change) return std::nullopt;
+      change->kinds = {way.kind};
+      if (!delivers(combined(before, *change))) return std::nullopt;
       return combined(before, *change);
     }
     const std::optional<std::size_t> first = first_in_reach(way, before);
     if (!first) return std::nullopt;
     // What few rays promise by a hair the mesh may miss.
     for (std::size_t n = *first; n < std::min(way.ladder.size(), *first + 2); ++n)
-      if (const Change change = combined(before, way.ladder[n]); delivers(change)) return change;
+      if (const Change change = combined(before, step_of(way, n)); delivers(change)) return change;
     return std::nullopt;
   }
 
   /// A pair: half or all of the first way, and as little as possible of the second.
   std::optional<Change> least_pair(const Way& first, const Way& second) {
     for (const std::size_t n : {first.ladder.size() / 2, first.ladder.size() - 1})
-      if (const auto change = least(second, first.ladder[n])) return change;
+      if (const auto change = least(second, step_of(first, n))) return change;
     return std::nullopt;
   }
 
@@ -191,17 +210,29 @@ private:
   void add_walls();
   void add_infill();
   void add_cores();
+  void add_tilts();
+  void add_flattening(const StandSpec& spec);
+  void add_balls();
   void add_attitudes();
   void add_sizes();
   void add_materials();
 
   std::optional<Change> waterline(const Change& before);
   std::optional<Change> axis(const Change& before, bool tilt);
+  std::optional<Change> attitude(const Change& before);
+  std::optional<Change> steel_balls(const Change& before);
+  std::optional<Change> flattening(const Change& before, const std::string& most_mm);
+  std::optional<Change> tilt_to_stand(const Change& before);
+  std::optional<Change> tilt_to_float(const Change& before);
+  std::vector<Eigen::Vector3d> rests(const Eigen::Vector3d& up) const;
 
   const Mesh& mesh_;
   const Spec& asked_;
   const HollowOptions& options_;
+  const HollowOptions few_;  ///< to see whether a change is worth a trial
+  const Search& search_;
   Progress quiet_;
+  Advice advice_;
   double size_mm_ = 0;
   std::vector<Way> ways_;
   int looks_ = 0;
@@ -211,10 +242,15 @@ private:
 void Adviser::add_ways() {
   if (std::holds_alternative<FloatSpec>(asked_)) add_waterlines();
   if (const auto* spec = std::get_if<SpinSpec>(&asked_)) add_axes(*spec);
-  if (const auto* spec = std::get_if<StandSpec>(&asked_)) add_contacts(*spec);
+  if (const auto* spec = std::get_if<StandSpec>(&asked_)) {
+    add_contacts(*spec);
+    add_flattening(*spec);
+  }
+  add_tilts();
   add_walls();
   add_infill();
   add_cores();
+  add_balls();
   add_attitudes();
   add_sizes();
   add_materials();
@@ -222,7 +258,7 @@ void Adviser::add_ways() {
 
 /// The waterline that a search finds, where there is one; else one that leaves less dry than a search would.
 void Adviser::add_waterlines() {
-  ways_.push_back({"other waterlines", {}, [this](const Change& before) { return waterline(before); }});
+  ways_.push_back({ChangeKind::waterline, "other waterlines", {}, [this](const Change& before) { return waterline(before); }});
 }
 
 std::optional<Change> Adviser::waterline(const Change& before) {
@@ -231,13 +267,11 @@ std::optional<Change> Adviser::waterline(const Change& before) {
   spec.waterline_mm.reset();
   spec.submerged_fraction.reset();
   spec.submerged_volume_fraction.reset();
-  // What a print's own scatter would sink is not worth a try.
-  constexpr double least_reserve = 0.015;
-  for (const double reserve : {spec.reserve, 0.03, least_reserve}) {
+  for (const double reserve : {spec.reserve, 0.03, search_.limits.least_reserve}) {
     if (!(reserve < spec.reserve || (given && reserve == spec.reserve))) continue;
     spec.reserve = reserve;
     try {
-      const detail::Plan plan = detail::plan(mesh_with(before), spec, few_rays(), quiet_);
+      const detail::Plan plan = detail::plan(mesh_with(before), spec, few_, quiet_);
       const double found_mm = *std::get<FloatSpec>(plan.spec).waterline_mm;
       const std::string text = number(found_mm, 2);
       return Change{"a waterline of " + text + " mm (" + number(100 * found_mm / plan.body->height_mm, 0) + " % of the height)",
@@ -250,28 +284,34 @@ std::optional<Change> Adviser::waterline(const Change& before) {
 }
 
 void Adviser::add_axes(const SpinSpec& spec) {
-  ways_.push_back(
-      {spec.yoyo ? "other centres" : "parallel axes", {}, [this](const Change& before) { return axis(before, false); }});
-  ways_.push_back({"axes tilted by up to 30 degrees", {}, [this](const Change& before) { return axis(before, true); }});
+  ways_.push_back({ChangeKind::point, spec.yoyo ? "other centres" : "parallel axes", {}, [this](const Change& before) {
+                     return axis(before, false);
+                   }});
+  ways_.push_back({ChangeKind::tilt,
+                   "axes tilted by up to " + number(search_.limits.tilt_deg, 0) + " degrees",
+                   {},
+                   [this](const Change& before) { return axis(before, true); }});
   if (spec.prefer == AxisClass::largest)
-    ways_.push_back(
-        {"the axis of the smallest moment", {{"spinning about the axis of its smallest moment", {{"prefer", "smallest"}}}}, {}});
+    ways_.push_back({ChangeKind::prefer,
+                     "the axis of the smallest moment",
+                     {{"spinning about the axis of its smallest moment", {{"prefer", "smallest"}}}},
+                     {}});
 }
 
 /// The nearest axis, moved or tilted, about which it can spin.
 std::optional<Change> Adviser::axis(const Change& before, bool tilt) {
   const SpinSpec spec = std::get<SpinSpec>(spec_with(before));
-  const detail::Discretisation few = detail::discretisation(spec.print, few_rays());
+  const detail::Discretisation few = detail::discretisation(spec.print, few_);
   const Mesh outer = detail::stored(mesh_with(before), options_);
   try {
     const auto body = detail::body_about(detail::spin_frame(outer, spec, few, quiet_), outer, few, quiet_);
     const detail::SpinSearch search(*body, spec);
-    const auto found = tilt ? search.smallest_tilt({}, quiet_) : search.nearest_point({}, quiet_);
+    const auto found =
+        tilt ? search.smallest_tilt({}, search_.limits.tilt_deg * kDegree, quiet_) : search.nearest_point({}, quiet_);
     if (!found) return std::nullopt;
     const SpinFrame frame = detail::in_frame_given(found->first, *body);
     if (tilt)
-      return Change{"the axis tilted by " + number(found->second * 180 / std::numbers::pi, 1) + " degrees",
-                    {{"up", vector_text(frame.up, 5)}}};
+      return Change{"the axis tilted by " + number(found->second / kDegree, 1) + " degrees", {{"up", vector_text(frame.up, 5)}}};
     return Change{"the axis moved by " + number(found->second, 2) + " mm",
                   {{spec.yoyo ? "center" : "point", vector_text(frame.contact_mm, 3)}}};
   } catch (const Error& error) {
@@ -282,20 +322,20 @@ std::optional<Change> Adviser::axis(const Change& before, bool tilt) {
 
 void Adviser::add_contacts(const StandSpec& spec) {
   if (spec.target_mm || spec.objective != StandSpec::Objective::tip_angle)
-    ways_.push_back({"other targets", {{"the target where it is safest", {{"objective", "tip-angle"}}}}, {}});
-  Way way{"bases of up to 1 mm of give", {}, {}};
+    ways_.push_back({ChangeKind::point, "other targets", {{"the target where it is safest", {{"objective", "tip-angle"}}}}, {}});
+  Way way{ChangeKind::contact, "bases of up to " + number(search_.limits.contact_mm, 1) + " mm of give", {}, {}};
   const double height_mm = bounding_box(transformed(mesh_, working_frame(mesh_, spec.up))).sizes().z();
   const double asked_mm = spec.contact_tolerance_mm.value_or(contact_tolerance_mm(height_mm));
   for (const char* text : {"0.1", "0.2", "0.3", "0.5", "0.7", "1"})
-    if (const double mm = parse_number("contact", text); mm > asked_mm && mm < 0.02 * height_mm)
-      way.ladder.push_back({std::string("a base that gives way or is flattened by ") + text + " mm", {{"contact", text}}});
+    if (const double mm = parse_number("contact", text); mm > asked_mm && mm <= search_.limits.contact_mm && mm < 0.02 * height_mm)
+      way.ladder.push_back({std::string("a base that gives way by ") + text + " mm", {{"contact", text}}});
   if (!way.ladder.empty()) ways_.push_back(std::move(way));
 }
 
 void Adviser::add_walls() {
   const Infill& infill = print_of(asked_).infill;
-  const double least_mm = infill.wanted() ? infill.skin_mm() : size_mm_ / 500;
-  Way way{"walls down to 0.2 mm", {}, {}};
+  const double least_mm = infill.wanted() ? infill.skin_mm() : std::max(size_mm_ / 500, search_.limits.thinnest_wall_mm - 1e-9);
+  Way way{ChangeKind::wall, "walls down to " + number(search_.limits.thinnest_wall_mm, 1) + " mm", {}, {}};
   for (const char* text :
        {"12", "10", "8", "6", "5", "4", "3", "2.5", "2", "1.6", "1.2", "1", "0.8", "0.6", "0.5", "0.4", "0.3", "0.2"})
     if (const double mm = parse_number("wall", text); mm < print_of(asked_).wall_mm && mm > least_mm)
@@ -307,7 +347,7 @@ void Adviser::add_walls() {
 void Adviser::add_infill() {
   const Infill& infill = print_of(asked_).infill;
   if (!infill.wanted()) return;
-  Way way{"less infill", {}, {}};
+  Way way{ChangeKind::infill, "less infill", {}, {}};
   for (const char* text : {"50", "30", "20", "15", "10", "5"})
     if (!infill.percent_laid_down && parse_number("infill", text) < infill.percent)
       way.ladder.push_back({std::string(text) + " % infill", {{"infill", text}}});
@@ -320,7 +360,7 @@ void Adviser::add_cores() {
   const Print& print = print_of(asked_);
   if (print.infill.wanted()) return;
   const double asked = print.core.wanted() ? print.core.density_g_cm3 : print.density_g_cm3;
-  Way way{"heavy cores", {}, {}};
+  Way way{ChangeKind::core, "heavy cores", {}, {}};
   for (const char* name : {"steel-shot", "tin", "bismuth-tin", "lead"})
     if (const CoreMaterial& m = core_material(name); m.density_g_cm3 > asked)
       way.ladder.push_back(
@@ -328,18 +368,172 @@ void Adviser::add_cores() {
   if (!way.ladder.empty()) ways_.push_back(std::move(way));
 }
 
-/// Each of the other five attitudes by itself: none of them is more than another.
+/// Unit vectors at this angle from `up`, evenly around it.
+std::vector<Eigen::Vector3d> ring(const Eigen::Vector3d& up, double angle_rad) {
+  constexpr int kCount = 8;
+  std::vector<Eigen::Vector3d> directions;
+  for (int n = 0; n < kCount; ++n) {
+    const double azimuth = 2 * std::numbers::pi * n / kCount;
+    directions.push_back(tilt_by(up, angle_rad * Eigen::Vector2d(std::cos(azimuth), std::sin(azimuth))));
+  }
+  return directions;
+}
+
+double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+
+Change tilted(const Eigen::Vector3d& up, double angle_rad) {
+  return {"tilted by " + number(angle_rad / kDegree, 1) + " degrees", {{"up", vector_text(up, 5)}}};
+}
+
+/// Vertices that are lowest in one of many attitudes.
+std::vector<Eigen::Vector3d> extreme_points(const Mesh& mesh) {
+  constexpr int kDirections = 600;
+  std::vector<char> extreme(mesh.vertices.size(), 0);
+  for (int n = 0; n < kDirections; ++n) {
+    const double z = 1 - (2 * n + 1.0) / kDirections;
+    const double azimuth = n * std::numbers::pi * (3 - std::sqrt(5.0));
+    const double r = std::sqrt(1 - z * z);
+    const Eigen::Vector3d direction(r * std::cos(azimuth), r * std::sin(azimuth), z);
+    std::size_t best = 0;
+    for (std::size_t v = 1; v < mesh.vertices.size(); ++v)
+      if (direction.dot(mesh.vertices[v] - mesh.vertices[best]) < 0) best = v;
+    extreme[best] = 1;
+  }
+  std::vector<Eigen::Vector3d> points;
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    if (extreme[v]) points.push_back(mesh.vertices[v]);
+  return points;
+}
+
+/// The attitudes in which a body comes to rest when it is put down in many, by their angle from `up`. It does so with the centre of
+/// mass of the solid, and with one that is lower by a tenth of the size, as it can be in what is hollowed.
+std::vector<Eigen::Vector3d> Adviser::rests(const Eigen::Vector3d& up) const {
+  const Moments s = mesh_moments(mesh_);
+  const Eigen::Vector3d centre = s.segment<3>(MX) / s[M1];
+  const std::vector<Eigen::Vector3d> extremes = extreme_points(mesh_);
+  std::vector<Eigen::Vector3d> starts{up};
+  for (const double degrees : {10, 20, 30, 60, 90, 120, 150, 180})
+    for (const Eigen::Vector3d& direction : ring(up, degrees * kDegree)) starts.push_back(direction);
+  std::vector<Eigen::Vector3d> found;
+  for (const Eigen::Vector3d& start : starts)
+    for (const double lower : {0.0, 0.1}) {
+      quiet_.check();
+      const Eigen::Vector3d at = centre - lower * size_mm_ * start;
+      const auto near = rest_attitude(extremes, at, start);
+      if (!near) continue;
+      const auto rest = rest_attitude(mesh_.vertices, at, *near);
+      constexpr double same = 0.02;
+      if (rest && std::none_of(found.begin(), found.end(), [&](const auto& other) { return angle_between(other, *rest) < same; }))
+        found.push_back(*rest);
+    }
+  std::stable_sort(found.begin(), found.end(), [&up](const auto& a, const auto& b) { return a.dot(up) > b.dot(up); });
+  return found;
+}
+
+void Adviser::add_tilts() {
+  if (std::holds_alternative<TargetSpec>(asked_) || std::holds_alternative<SpinSpec>(asked_)) return;
+  ways_.push_back(
+      {ChangeKind::tilt, "tilts of up to " + number(search_.limits.tilt_deg, 0) + " degrees", {}, [this](const Change& before) {
+         return std::holds_alternative<StandSpec>(asked_) ? tilt_to_stand(before) : tilt_to_float(before);
+       }});
+}
+
+/// To the nearest attitude in which it rests by itself and can be made to stand.
+std::optional<Change> Adviser::tilt_to_stand(const Change& before) {
+  const Eigen::Vector3d up = up_of(asked_).normalized();
+  for (const Eigen::Vector3d& rest : rests(up)) {
+    const double angle_rad = angle_between(rest, up);
+    if (angle_rad > search_.limits.tilt_deg * kDegree) break;
+    if (const Change change = tilted(rest, angle_rad); angle_rad > 1e-6 && in_reach(combined(before, change))) return change;
+  }
+  return std::nullopt;
+}
+
+/// The first ring of attitudes with one in which it can float, and on the way to that one the least tilt that does.
+std::optional<Change> Adviser::tilt_to_float(const Change& before) {
+  const Eigen::Vector3d up = up_of(asked_).normalized();
+  double nearer_deg = 0;
+  for (const double degrees : {5., 10., 20., 30.}) {
+    if (degrees > search_.limits.tilt_deg) break;
+    for (const Eigen::Vector3d& direction : ring(up, degrees * kDegree)) {
+      if (!in_reach(combined(before, tilted(direction, 0)))) continue;
+      double lo = nearer_deg;
+      double hi = degrees;
+      const Eigen::Vector2d towards = (across(up).transpose() * direction).normalized();
+      const auto at = [&](double deg) { return tilted(tilt_by(up, deg * kDegree * towards), deg * kDegree); };
+      while (hi - lo > 1) {
+        const double middle = 0.5 * (lo + hi);
+        (in_reach(combined(before, at(middle))) ? hi : lo) = middle;
+      }
+      return at(hi);
+    }
+    nearer_deg = degrees;
+  }
+  return std::nullopt;
+}
+
 void Adviser::add_attitudes() {
   if (std::holds_alternative<TargetSpec>(asked_)) return;
+  ways_.push_back({ChangeKind::up, "the other sides up", {}, [this](const Change& before) { return attitude(before); }});
+}
+
+/// Another side up: one of the five others of the box, or one on which it rests; none of them is more than another.
+std::optional<Change> Adviser::attitude(const Change& before) {
   const Eigen::Vector3d asked = up_of(asked_).normalized();
-  std::vector<Change> attitudes;
-  for (const char* name : {"z", "y", "x", "-z", "-y", "-x"})
-    if ((parse_direction(name) - asked).norm() > 1e-6) attitudes.push_back({std::string(name) + " pointing up", {{"up", name}}});
-  ways_.push_back({"the other sides up", {}, [this, attitudes](const Change& before) -> std::optional<Change> {
-                     for (const Change& change : attitudes)
-                       if (in_reach(combined(before, change))) return change;
-                     return std::nullopt;
+  for (const char* name : {"z", "y", "x", "-z", "-y", "-x"}) {
+    if ((parse_direction(name) - asked).norm() <= 1e-6) continue;
+    if (const Change change{std::string(name) + " pointing up", {{"up", name}}}; in_reach(combined(before, change))) return change;
+  }
+  if (!std::holds_alternative<StandSpec>(asked_)) return std::nullopt;
+  for (const Eigen::Vector3d& rest : rests(asked)) {
+    if (angle_between(rest, asked) <= search_.limits.tilt_deg * kDegree) continue;
+    if (const Change change{"another side up", {{"up", vector_text(rest, 5)}}}; in_reach(combined(before, change))) return change;
+  }
+  return std::nullopt;
+}
+
+void Adviser::add_flattening(const StandSpec& spec) {
+  if (spec.flatten_mm > 0) return;
+  const double height_mm = bounding_box(transformed(mesh_, working_frame(mesh_, spec.up))).sizes().z();
+  const std::string most = number(search_.limits.flatten * height_mm, 2);
+  ways_.push_back({ChangeKind::flatten, "cuts of up to " + most + " mm below", {}, [this, most](const Change& before) {
+                     return flattening(before, most);
                    }});
+}
+
+/// The least cut below with which it stands.
+std::optional<Change> Adviser::flattening(const Change& before, const std::string& most_mm) {
+  quiet_.check();
+  try {
+    Spec cut = spec_with(before);
+    set(cut, "flatten", most_mm);
+    const detail::Plan plan = detail::plan(mesh_with(before), std::get<StandSpec>(cut), few_, quiet_);
+    const double cut_mm = std::get<StandSpec>(plan.spec).flatten_mm;
+    if (cut_mm == 0) return std::nullopt;
+    const std::string text = number(std::ceil(100 * cut_mm) / 100, 2);
+    return Change{text + " mm cut off below for a base", {{"flatten", text}}};
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::interrupted) throw;
+    return std::nullopt;
+  }
+}
+
+void Adviser::add_balls() {
+  const Print& print = print_of(asked_);
+  if (print.infill.wanted() || print.core.wanted() || print.balls.wanted() || std::holds_alternative<TargetSpec>(asked_)) return;
+  ways_.push_back(
+      {ChangeKind::balls, "4, 8 and 16 balls of steel", {}, [this](const Change& before) { return steel_balls(before); }});
+}
+
+/// Balls of steel, as few as do. What a core of the same density cannot do they cannot either.
+std::optional<Change> Adviser::steel_balls(const Change& before) {
+  const Balls ball;
+  if (!in_reach(combined(before, {"", {{"core-density", number(ball.density_g_cm3, 2)}}}))) return std::nullopt;
+  for (const char* count : {"4", "8", "16"})
+    if (const Change change{count + (" balls of steel of " + number(ball.diameter_mm, 0) + " mm"), {{"balls", count}}};
+        is_made(combined(before, change), few_))
+      return change;
+  return std::nullopt;
 }
 
 /// Whether places or lengths of the spec are those of this size.
@@ -352,8 +546,9 @@ bool says_places(const Spec& asked) {
 
 void Adviser::add_sizes() {
   if (says_places(asked_) || !options_.fixed.empty()) return;
-  Way way{"sizes up to 2.5 times this one", {}, {}};
+  Way way{ChangeKind::size, "sizes up to " + number(search_.limits.largest_size, 1) + " times this one", {}, {}};
   for (const double factor : {1.25, 1.5, 2., 2.5}) {
+    if (factor > search_.limits.largest_size) continue;
     const std::string text = number(size_mm_ * factor, size_mm_ < 10 ? 2 : 0);
     way.ladder.push_back({"a size of " + text + " mm", {{"size", text}}});
   }
@@ -368,7 +563,7 @@ void Adviser::add_materials() {
     return std::abs(a.density_g_cm3 - asked) < std::abs(b.density_g_cm3 - asked);
   });
   for (const bool lighter : {true, false}) {
-    Way way{lighter ? "lighter materials" : "heavier materials", {}, {}};
+    Way way{ChangeKind::material, lighter ? "lighter materials" : "heavier materials", {}, {}};
     for (const Material& m : nearest)
       if (m.name != "resin" && (lighter ? m.density_g_cm3 < asked - 1e-6 : m.density_g_cm3 > asked + 1e-6))
         way.ladder.push_back({"printed of " + m.name + " (" + number(m.density_g_cm3, 2) + " g/cm3)", {{"material", m.name}}});
@@ -379,12 +574,11 @@ void Adviser::add_materials() {
 
 }  // namespace
 
-Advice suggest(const Mesh& mesh, const Spec& asked, const HollowOptions& options, const Progress& progress,
-               const std::function<void(const Suggestion&)>& found) {
+Advice suggest(const Mesh& mesh, const Spec& asked, const HollowOptions& options, const Search& search, const Progress& progress) {
   detail::check(options, asked);
   std::visit([](const auto& s) { check(s, Setting::For::making); }, asked);
   progress.begin("advice");
-  return Adviser(mesh, asked, options, progress).run(found);
+  return Adviser(mesh, asked, options, search, progress).run();
 }
 
 }  // namespace rayrep

@@ -8,4 +8,10 @@ namespace rayrep {
 /// needs unit length. Compiled once: Eigen decides between those by a singular value decomposition.
 Eigen::Quaterniond rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
+/// Two unit vectors across `up`.
+Eigen::Matrix<double, 3, 2> across(const Eigen::Vector3d& up);
+
+/// `up` tilted by |tilt| rad towards across(up) * tilt.
+Eigen::Vector3d tilt_by(const Eigen::Vector3d& up, const Eigen::Vector2d& tilt);
+
 }  // namespace rayrep

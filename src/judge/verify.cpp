@@ -423,8 +423,10 @@ Verdict verify(const PrintedDelivery& delivered, const Mesh* original, const Spe
   const Mesh solid = delivered.delivery.solid();
   require_size(solid);
   Verdict both;
-  const Surface surface = judge_surface(solid, original, progress, both);
+  const AllowedOutside outside(solid, original, spec, progress);
+  const Surface surface = judge_surface(solid, outside.mesh(), progress, both);
   add_surface_criteria(surface, {original != nullptr, print, limits.wall_ratio}, progress, both);
+  outside.tell(both);
   if (!Surface::closed(both)) return both;
   const Moments s = delivered.printed + insert_moments(delivered.delivery, print.density_g_cm3);
   const PrintInHull in = in_hull(merged_mesh(surface.outer), s, progress);

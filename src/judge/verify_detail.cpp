@@ -22,6 +22,7 @@
 #include "mesh/shells.h"
 #include "mesh/surface_gap.h"
 #include "rayrep/base/error.h"
+#include "rayrep/mesh/clip.h"
 #include "rayrep/mesh/mesh_check.h"
 #include "rayrep/mesh/surface_query.h"
 #include "rayrep/physics/hydrostatics.h"
@@ -276,6 +277,31 @@ double lowest_along(const Mesh& mesh, const Eigen::Vector3d& up) {
   double lowest = kInfinity;
   for (const auto& v : mesh.vertices) lowest = std::min(lowest, up.dot(v));
   return lowest;
+}
+
+AllowedOutside::AllowedOutside(const Mesh& delivered, const Mesh* original, const Spec& spec, const Progress& progress)
+    : mesh_(original) {
+  const auto* stand = std::get_if<StandSpec>(&spec);
+  if (!original || !stand || stand->flatten_mm == 0) return;
+  allowed_mm_ = stand->flatten_mm;
+  const Eigen::Vector3d up = stand->up.normalized();
+  const double lowest_mm = lowest_along(delivered, up);
+  cut_mm_ = lowest_mm - lowest_along(*original, up);
+  const double rounding_mm = 1e-6 * bounding_box(*original).diagonal().norm();
+  if (!(cut_mm_ > rounding_mm)) {
+    cut_mm_ = 0;
+    return;
+  }
+  allowed_mm_ += rounding_mm;
+  flattened_ = clipped(with_merged_vertices(*original), {up, lowest_mm}, progress);
+  mesh_ = &flattened_;
+}
+
+void AllowedOutside::tell(Verdict& verdict) const {
+  if (allowed_mm_ == 0) return;
+  verdict.criteria.push_back(at_most("flattened", "cut off below, mm", cut_mm_, allowed_mm_));
+  if (cut_mm_ > 0)
+    verdict.meaning.push_back("Its outside was changed: " + number(cut_mm_, 2) + " mm were cut off below for a base, as allowed.");
 }
 
 Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progress& progress, Verdict& verdict) {

@@ -50,6 +50,25 @@ struct Surface {
 /// @throws Error{input}: see merged_mesh; Error{interrupted}
 Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progress& progress, Verdict& verdict);
 
+/// The outside that a body is held to: the original, but for what a goal lets be cut off below.
+class AllowedOutside {
+public:
+  /// @param original  may be null
+  AllowedOutside(const Mesh& delivered, const Mesh* original, const Spec& spec, const Progress& progress);
+  AllowedOutside(const AllowedOutside&) = delete;
+  AllowedOutside& operator=(const AllowedOutside&) = delete;
+
+  const Mesh* mesh() const { return mesh_; }
+  /// The criterion on what was cut off, and a note, where anything may be.
+  void tell(Verdict& verdict) const;
+
+private:
+  const Mesh* mesh_;
+  Mesh flattened_;
+  double allowed_mm_ = 0;
+  double cut_mm_ = 0;
+};
+
 /// " off, as prints scatter" and the like begin with this: "0.1 mm".
 std::string scatter_words(double scatter_mm);
 

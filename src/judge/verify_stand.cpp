@@ -130,9 +130,11 @@ StandVerdict verify(const Mesh& delivered, const Mesh* original, const StandSpec
   check(spec, Setting::For::judging);
   StandVerdict verdict;
   verdict.spec = spec;
-  const Surface surface = judge_surface(delivered, original, progress, verdict);
+  const AllowedOutside outside(delivered, original, spec, progress);
+  const Surface surface = judge_surface(delivered, outside.mesh(), progress, verdict);
   verdict.state = state_of(surface.material, mass_properties(surface.material, spec.print.density_g_cm3), spec);
   add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
+  outside.tell(verdict);
   conclude(verdict, surface.diagonal_mm, limits);
   return verdict;
 }

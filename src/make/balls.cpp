@@ -19,7 +19,6 @@
 namespace rayrep::detail {
 namespace {
 
-constexpr int kFewRays = 80;        // along the longest side, to tell places apart
 constexpr int kMostRounds = 3;      // of exchanges
 constexpr int kSegments = 48;       // of a circle
 constexpr double kLonger_mm = 0.5;  // a shaft is made so much longer at most, to be filled with others in one pause
@@ -81,9 +80,7 @@ public:
       : solid_(solid), spec_(spec), options_(options), quiet_{.stage = {}, .cancelled = progress.cancelled} {
     balls_ = print_of(spec).balls;
     print_of(spec_).balls = {};
-    few_ = options;
-    few_.resolution = std::min(options.resolution, kFewRays);
-    few_.as_printed = nullptr;
+    few_ = on_few_rays(options);
     upright_ = rotation_between(Eigen::Vector3d::UnitZ(), up_of(spec).normalized());
   }
 

@@ -1,5 +1,7 @@
 #include "rayrep/make/hollow.h"
 
+#include <algorithm>
+
 #include "make/as_built.h"
 #include "make/as_printed.h"
 #include "make/balls.h"
@@ -42,6 +44,14 @@ HollowResult carry_out(Plan& plan, const HollowOptions& options, const Progress&
   result.wall_mm = print.wall_mm;
   plan.prove(plan, body.shell + found, result);
   return result;
+}
+
+HollowOptions on_few_rays(const HollowOptions& options) {
+  constexpr int kFewRays = 80;  // along the longest side
+  HollowOptions few = options;
+  few.resolution = std::min(options.resolution, kFewRays);
+  few.as_printed = nullptr;
+  return few;
 }
 
 Mesh stored(const Mesh& solid, const HollowOptions& options) {

@@ -48,6 +48,9 @@ std::optional<HollowResult> hollow_determined(const Mesh& solid, const TargetSpe
 /// What Ipopt minimises for a spin.
 SpinWeights weights_of(const SpinSpec& spec);
 
+/// On few rays and without a slicer: enough to tell places, cuts and changes apart.
+HollowOptions on_few_rays(const HollowOptions& options);
+
 /// The solid as it will be stored, in the frame given.
 Mesh stored(const Mesh& solid, const HollowOptions& options);
 /// The body with up = z, its lowest point at z = 0 and its box centred in x and y.

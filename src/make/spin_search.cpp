@@ -20,21 +20,6 @@ Eigen::Vector2d direction(int n, int of) {
   return {std::cos(angle), std::sin(angle)};
 }
 
-/// Two unit vectors across `up`.
-Eigen::Matrix<double, 3, 2> across(const Eigen::Vector3d& up) {
-  Eigen::Matrix<double, 3, 2> basis;
-  basis.col(0) = up.unitOrthogonal();
-  basis.col(1) = up.cross(basis.col(0));
-  return basis;
-}
-
-/// `up` tilted by |tilt| rad towards across(up) * tilt.
-Eigen::Vector3d tilt_by(const Eigen::Vector3d& up, const Eigen::Vector2d& tilt) {
-  const double angle = tilt.norm();
-  if (angle == 0) return up;
-  return std::cos(angle) * up + std::sin(angle) * (across(up) * tilt / angle);
-}
-
 /// Where the line through `point` along `up` leaves the mesh at its lower end; none when it does not meet it. In double, without
 /// care for hits on edges: for a search.
 std::optional<double> lower_end(const Mesh& mesh, const Eigen::Vector3d& point, const Eigen::Vector3d& up) {
@@ -208,13 +193,14 @@ std::optional<std::pair<SpinFrame, double>> SpinSearch::nearest_point(const Spin
   return std::pair{at(*shift), shift->norm()};
 }
 
-std::optional<std::pair<SpinFrame, double>> SpinSearch::smallest_tilt(const SpinFrame& frame, const Progress& progress) const {
+std::optional<std::pair<SpinFrame, double>> SpinSearch::smallest_tilt(const SpinFrame& frame, double most_rad,
+                                                                      const Progress& progress) const {
   const auto tilt = shortest(
       [&](const Eigen::Vector2d& candidate) {
         progress.check();
         return objective(tilted(frame, tilt_by(frame.up, candidate))) < kInfinity;
       },
-      30 * std::numbers::pi / 180, 4 * body_.inner.rays.grid.spacing_mm / body_.size_mm);
+      most_rad, 4 * body_.inner.rays.grid.spacing_mm / body_.size_mm);
   if (!tilt) return std::nullopt;
   return std::pair{tilted(frame, tilt_by(frame.up, *tilt)), tilt->norm()};
 }

@@ -37,8 +37,9 @@ public:
   SpinFrame best(const SpinFrame& frame, bool points, double max_tilt_rad, const Progress& progress) const;
   /// The nearest axis parallel to this one for which there is an interior, by its distance in mm.
   std::optional<std::pair<SpinFrame, double>> nearest_point(const SpinFrame& frame, const Progress& progress) const;
-  /// The least tilted axis by SpinSpec::axis for which there is an interior, by its tilt in rad.
-  std::optional<std::pair<SpinFrame, double>> smallest_tilt(const SpinFrame& frame, const Progress& progress) const;
+  /// The least tilted axis by SpinSpec::axis for which there is an interior, within `most_rad`, and its tilt in rad.
+  std::optional<std::pair<SpinFrame, double>> smallest_tilt(const SpinFrame& frame, double most_rad,
+                                                            const Progress& progress) const;
 
 private:
   SpinFrame through(const Eigen::Vector3d& point, const Eigen::Vector3d& up) const;

@@ -7,6 +7,7 @@
 #include "make/plan.h"
 #include "rayrep/base/error.h"
 #include "rayrep/make/waterline.h"
+#include "rayrep/mesh/clip.h"
 #include "rayrep/physics/support_polygon.h"
 
 namespace rayrep::detail {
@@ -14,6 +15,9 @@ namespace {
 
 /// Below which a body that stands is at the point of tipping: ten times what a judge asks for.
 constexpr double kSmallestAngle = 1e-5;
+
+/// What a base is cut for: 3 degrees, the slope of a bad table.
+constexpr double kSafeAngle = 3 * std::numbers::pi / 180;
 
 /// The lowest centre of mass above `target`; none if out of reach.
 std::optional<Moments> lowest_above(const Body& body, const Eigen::Vector2d& target, const InteriorNlp::Scale& scale) {
@@ -98,10 +102,16 @@ void prove(const Plan& plan, const Moments& constant, HollowResult& result) {
                   " of the lowest possible above the target on these rays (proven by duality)"};
 }
 
-}  // namespace
-
-Plan plan(const Mesh& solid, const StandSpec& spec, const HollowOptions& options, const Progress& progress) {
+/// A plan, and how safely the body would stand.
+struct Standing {
   Plan plan;
+  double tipping_angle_rad = 0;
+};
+
+/// Of the mesh as it is. @throws Error{goal}
+Standing standing(const Mesh& solid, const StandSpec& spec, const HollowOptions& options, const Progress& progress) {
+  Standing result;
+  Plan& plan = result.plan;
   plan.body = upright_body(solid, spec.up, spec.print, options, progress);
   const Body& body = *plan.body;
   const double tolerance = spec.contact_tolerance_mm ? *spec.contact_tolerance_mm : contact_tolerance_mm(body.height_mm);
@@ -121,7 +131,8 @@ Plan plan(const Mesh& solid, const StandSpec& spec, const HollowOptions& options
     throw Error(ErrorCode::goal, "The centre of mass cannot be brought above the target: at the nearest any interior comes it is " +
                                      number(smallest_offset_mm(body.inner.rays, body.shell, std::nullopt, target), 3) +
                                      " mm beside it (horizontally)." + scarce_words(body.inner.rays.grid));
-  if (!(smallest_tipping_angle(polygon, *lowest) > kSmallestAngle)) throw tips_over(polygon, *lowest, tolerance, spec);
+  result.tipping_angle_rad = smallest_tipping_angle(polygon, *lowest);
+  if (!(result.tipping_angle_rad > kSmallestAngle)) throw tips_over(polygon, *lowest, tolerance, spec);
   plan.goal = stand_goal(target, scale.volume_mm3, scale.length_mm);
   plan.error = [target, L = scale.length_mm](const Moments& s) { return (s.segment<2>(MX) / s[M1] - target).norm() / L; };
   plan.setup.solver = options.solver;
@@ -130,7 +141,84 @@ Plan plan(const Mesh& solid, const StandSpec& spec, const HollowOptions& options
   plan.setup.options.tolerance = std::max(options.solve.tolerance, 1e-7);
   plan.setup.options.barrier_target = 1e-9;
   plan.prove = prove;
-  return plan;
+  return result;
+}
+
+/// What is left when so much is cut off below.
+Mesh flattened(const Mesh& solid, const Eigen::Vector3d& up, double cut_mm, const Progress& progress) {
+  if (cut_mm == 0) return solid;
+  const Eigen::Vector3d normal = up.normalized();
+  double lowest_mm = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& v : solid.vertices) lowest_mm = std::min(lowest_mm, normal.dot(v));
+  return clipped(solid, {normal, lowest_mm + cut_mm}, progress);
+}
+
+/// Cuts to try, from nothing to all that is allowed.
+std::vector<double> cuts_mm(double most_mm) {
+  constexpr int kSteps = 16;  // down to 1/256 of it
+  std::vector<double> cuts{0};
+  for (int n = kSteps; n >= 0; --n) cuts.push_back(most_mm * std::pow(2, -0.5 * n));
+  return cuts;
+}
+
+/// The first of the cuts at which a body stands safely on few rays, taken that a larger cut is as good as a smaller one; the last
+/// one where none does.
+std::size_t least_cut(const std::vector<double>& cuts, const Mesh& solid, const StandSpec& spec, const HollowOptions& options,
+                      const Progress& progress) {
+  const HollowOptions few = on_few_rays(options);
+  const Progress quiet{.stage = {}, .cancelled = progress.cancelled};
+  const auto stands = [&](std::size_t n) {
+    progress.check();
+    try {
+      return standing(flattened(solid, spec.up, cuts[n], quiet), spec, few, quiet).tipping_angle_rad >= kSafeAngle;
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::goal) throw;
+      return false;
+    }
+  };
+  std::size_t first = 1;
+  std::size_t known = cuts.size() - 1;
+  while (first < known) {
+    const std::size_t middle = (first + known) / 2;
+    if (stands(middle))
+      known = middle;
+    else
+      first = middle + 1;
+  }
+  return known;
+}
+
+}  // namespace
+
+Plan plan(const Mesh& solid, const StandSpec& spec, const HollowOptions& options, const Progress& progress) {
+  StandSpec as_it_is = spec;
+  as_it_is.flatten_mm = 0;
+  if (spec.flatten_mm == 0) return standing(solid, as_it_is, options, progress).plan;
+  std::optional<Standing> whole;
+  try {
+    whole = standing(solid, as_it_is, options, progress);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::goal) throw;
+  }
+  if (whole && whole->tipping_angle_rad >= kSafeAngle) return std::move(whole->plan);
+  progress.begin("base");
+  const std::vector<double> cuts = cuts_mm(spec.flatten_mm);
+  std::string refusal;
+  // What few rays promise all of them may miss.
+  for (std::size_t n = least_cut(cuts, solid, as_it_is, options, progress); n < cuts.size(); ++n) {
+    try {
+      Standing cut = standing(flattened(solid, spec.up, cuts[n], progress), as_it_is, options, progress);
+      if (whole && cut.tipping_angle_rad < kSafeAngle) continue;
+      std::get<StandSpec>(cut.plan.spec).flatten_mm = cuts[n];
+      return std::move(cut.plan);
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::goal) throw;
+      refusal = error.what();
+    }
+  }
+  if (whole) return std::move(whole->plan);
+  throw Error(ErrorCode::goal,
+              refusal + " That is with " + shown(spec.flatten_mm) + " mm cut off below, all that --flatten allows.");
 }
 
 }  // namespace rayrep::detail

@@ -686,7 +686,15 @@ Settings settings(StandSpec& spec, For purpose) {
         .details = "What lies no more than this above the lowest point touches the ground. Default: 0.15 mm, the give of a "
                    "printed base, but at most 1/200 and at least 1/10000 of the height.",
         .place = &spec.contact_tolerance_mm,
-        .range = Range::positive()}},
+        .range = Range::positive()},
+       {.name = "flatten",
+        .value = "MM",
+        .words = "what may be cut off below for a base",
+        .details =
+            "Where the body cannot stand as it is, it is cut off level, as little above its lowest point as makes it stand and "
+            "at most this much. The outside is changed there, and the verdict says by how much.",
+        .place = &spec.flatten_mm,
+        .range = {.lo = 0, .hi = 1e6, .open = false}}},
       purpose);
 }
 

@@ -251,6 +251,7 @@ std::string to_text(const RunReport& report, bool verbose) {
   std::string text = report.hollow || !report.print ? input_text(report.input) : "";
   if (report.print) text += heading_text(*report.print);
   text += "\n";
+  if (!report.changed.empty()) text += wrapped("Changed, as --allow lets: " + report.changed + ".");
   for (const std::string& sentence : verdict.meaning) text += wrapped(sentence);
   text += "\n" + verdict.headline + "\n\n";
   text += figures_text(report.hollow ? &report.before : nullptr, verdict.figures) + criteria_text(verdict);

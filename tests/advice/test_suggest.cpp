@@ -161,7 +161,7 @@ TEST(Suggest, StopsWhenToldTo) {
   Progress progress;
   int polls = 0;
   progress.cancelled = [&polls] { return ++polls > 20; };
-  EXPECT_THROW(suggest(test::box({0, 0, 0}, {40, 40, 24}), spec, coarse(), progress), Error);
+  EXPECT_THROW(suggest(test::box({0, 0, 0}, {40, 40, 24}), spec, coarse(), {}, progress), Error);
 }
 
 }  // namespace

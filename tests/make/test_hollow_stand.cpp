@@ -53,6 +53,54 @@ TEST(HollowStand, ABoxBringsItsCentreOfMassDown) {
   EXPECT_NEAR(verdict.state.smallest_tipping_angle_rad, std::atan2(10, lowest), 1e-3);
 }
 
+TEST(HollowStand, ABallStandsOnTheLeastCutThatMakesItSafe) {
+  const Mesh solid = icosphere(20, 4);
+  Job<StandSpec> options = coarse();
+  EXPECT_TRUE(mentions(message_of([&] { hollowed(solid, options); }, ErrorCode::goal), {"cannot stand"}));
+  options.spec.flatten_mm = 6;
+  const Outcome<StandSpec> result = hollowed(solid, options);
+  const double cut_mm = result.found.flatten_mm;
+  EXPECT_GT(cut_mm, 0);
+  EXPECT_LT(cut_mm, 6);
+  const Mesh body = result.delivery.body();
+  EXPECT_NEAR(bounding_box(body).sizes().z(), 40 - cut_mm, 1e-4);
+  StandSpec goal;
+  goal.flatten_mm = cut_mm;
+  const StandVerdict verdict = verify(body, &solid, goal);
+  EXPECT_TRUE(verdict.pass());
+  EXPECT_GE(verdict.state.smallest_tipping_angle_rad, 0.05);
+  // A judge who was told of no cut, or of a smaller one, finds the outside changed.
+  for (const double allowed : {0.0, 0.7 * cut_mm}) {
+    goal.flatten_mm = allowed;
+    EXPECT_FALSE(verify(body, &solid, goal).pass()) << allowed;
+  }
+  // It is the least: half as much again is no longer safe.
+  options.spec.flatten_mm = 0.6 * cut_mm;
+  const auto angle = [&] {
+    try {
+      const Outcome<StandSpec> less = hollowed(solid, options);
+      return verify(less.delivery.body(), nullptr, StandSpec{}).state.smallest_tipping_angle_rad;
+    } catch (const Error&) {
+      return 0.0;
+    }
+  };
+  EXPECT_LT(angle(), 0.053);
+  // Little that is allowed is refused with what was tried.
+  options.spec.flatten_mm = 1e-3;
+  EXPECT_TRUE(
+      mentions(message_of([&] { hollowed(solid, options); }, ErrorCode::goal), {"cannot stand", "0.001 mm cut off", "--flatten"}));
+}
+
+TEST(HollowStand, NothingIsCutOffWhatStandsByItself) {
+  Job<StandSpec> options = coarse();
+  const Mesh solid = box({0, 0, 0}, {20, 20, 40});
+  const Mesh plain = hollowed(solid, options).delivery.body();
+  options.spec.flatten_mm = 3;
+  const Mesh allowed = hollowed(solid, options).delivery.body();
+  EXPECT_EQ(allowed.vertices, plain.vertices);
+  EXPECT_TRUE(verify(allowed, &solid, options.spec).pass());
+}
+
 TEST(HollowStand, TheGapIsClosedByTheExactSolverAndSmallByIpopt) {
   const Mesh solid = polycubes({{0, 0, 0}, {0, 0, 1}, {0, 0, 2}, {1, 0, 2}}, 20);
   Job<StandSpec> options = coarse();

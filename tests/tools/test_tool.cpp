@@ -89,6 +89,24 @@ TEST_F(Tool, SuggestsACommandThatWorks) {
   EXPECT_EQ(new_files(), (std::vector<std::string>{"s.stl"}));
 }
 
+TEST_F(Tool, ChangesWhatIsAllowed) {
+  const Run changed = run("float egg.stl --resolution 40 --waterline 2 --allow wall,waterline --report r.json");
+  EXPECT_EQ(changed.code, 0) << changed.err;
+  EXPECT_TRUE(mentions(changed.err, {"Changed, as --allow lets: a waterline of", "rayrep float egg.stl"}));
+  EXPECT_TRUE(mentions(changed.out, {"Changed, as --allow lets: a waterline of", "VERIFIED"}));
+  EXPECT_TRUE(mentions(nlohmann::json::parse(text_of(folder_ / "r.json"))["changed"].get<std::string>(), {"a waterline of"}));
+  // What needs no change gets none.
+  const Run asked = run("float egg.stl --resolution 40 --allow all");
+  EXPECT_EQ(asked.code, 0);
+  EXPECT_EQ(asked.out.find("Changed"), std::string::npos);
+  const Run refused = run("float egg.stl --resolution 40 --waterline 2 --allow contact -o none.stl");
+  EXPECT_EQ(refused.code, 4);
+  EXPECT_TRUE(mentions(refused.err, {"Nothing that --allow lets change"}));
+  EXPECT_FALSE(fs::exists(folder_ / "none.stl"));
+  EXPECT_TRUE(mentions(run("float egg.stl --allow walls").err, {"Did you mean wall?"}));
+  EXPECT_EQ(run("float egg.stl --allow").code, 2);
+}
+
 TEST_F(Tool, CertifiesAndSearchesTheAxis) {
   const Run spin = run("spin egg.stl --resolution 40 --point auto --axis auto --max-tilt 10 --certify --report c.json -v");
   ASSERT_EQ(spin.code, 0) << spin.err;

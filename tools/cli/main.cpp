@@ -7,6 +7,7 @@
 #include <new>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "interrupt.h"
 #include "options.h"
@@ -57,11 +58,13 @@ void advise(int argc, char** argv, const rayrep::tool::Options& options) {
   if (!options.suggest && (options.quiet || options.no_advice)) return;
   std::cerr << "rayrep: Looking for what would do (Ctrl-C stops that) ..." << std::endl;
   try {
-    const rayrep::Advice advice = rayrep::tool::advise(options, is_interrupted, [&](const rayrep::Suggestion& found) {
-      const std::string line = rayrep::tool::suggested(argc, argv, found);
+    rayrep::Search search;
+    search.found = [&](const rayrep::Suggestion& found) {
+      const std::string line = rayrep::tool::shell_line(rayrep::tool::suggested(argc, argv, found));
       std::cerr << "  " << found.change << ":  " << printable(line) << std::endl;
       if (options.suggest) std::cout << line << std::endl;
-    });
+    };
+    const rayrep::Advice advice = rayrep::tool::advise(options, is_interrupted, search);
     if (advice.suggestions.empty())
       std::cerr << "rayrep: Nothing does: tried " << advice.tried << "." << std::endl;
     else
@@ -69,6 +72,26 @@ void advise(int argc, char** argv, const rayrep::tool::Options& options) {
   } catch (const rayrep::Error&) {
     // The refusal stands, with or without advice.
   }
+}
+
+/// Makes it with the least change that --allow lets, which is told first. @throws Error{goal} when none does
+void run_changed(int argc, char** argv, const rayrep::tool::Options& options) {
+  rayrep::Search search;
+  search.kinds = options.allow;
+  search.first_only = true;
+  const rayrep::Advice advice = rayrep::tool::advise(options, is_interrupted, search);
+  if (advice.suggestions.empty())
+    throw rayrep::Error(rayrep::ErrorCode::goal, "Nothing that --allow lets change does: tried " + advice.tried + ".");
+  const rayrep::Suggestion& least = advice.suggestions.front();
+  const std::vector<std::string> words = rayrep::tool::suggested(argc, argv, least);
+  if (!options.quiet)
+    std::cerr << "rayrep: Changed, as --allow lets: " << least.change << ". The same as  "
+              << printable(rayrep::tool::shell_line(words)) << std::endl;
+  std::vector<const char*> arguments;
+  for (const std::string& word : words) arguments.push_back(word.c_str());
+  rayrep::tool::Options changed = rayrep::tool::parse_command_line(static_cast<int>(arguments.size()), arguments.data());
+  changed.changed = least.change;
+  rayrep::tool::run(changed, is_interrupted);
 }
 
 /// What is closed of standard input, output and error is kept from becoming one of the files that are opened: writing to it fails.
@@ -89,7 +112,11 @@ int main(int argc, char** argv) {
       rayrep::tool::run(options, is_interrupted);
     } catch (const rayrep::Error& error) {
       if (!can_be_advised(options, error)) throw;
-      std::cerr << "rayrep: " << printable(error.what()) << std::endl;
+      if (!options.quiet || options.allow.empty()) std::cerr << "rayrep: " << printable(error.what()) << std::endl;
+      if (!options.allow.empty()) {
+        run_changed(argc, argv, options);
+        return 0;
+      }
       rayrep::tool::interrupted_with(static_cast<int>(error.code()));
       advise(argc, argv, options);
       return static_cast<int>(error.code());

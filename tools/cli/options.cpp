@@ -309,28 +309,73 @@ Settings common_rows(Options& options, bool with_report) {
   return rows;
 }
 
+std::string change_kinds() {
+  std::string names;
+  for (const char* name : kChangeKindNames) names += (names.empty() ? "" : ", ") + std::string(name);
+  return names;
+}
+
+/// @throws Error{usage}
+std::vector<ChangeKind> parse_change_kinds(const std::string& text) {
+  const std::vector<std::string> known(kChangeKindNames.begin(), kChangeKindNames.end());
+  std::vector<ChangeKind> kinds;
+  std::istringstream names(text);
+  for (std::string name; std::getline(names, name, ',');) {
+    const auto found = std::find(known.begin(), known.end(), name);
+    if (name == "all") {
+      for (std::size_t n = 0; n < known.size(); ++n) kinds.push_back(static_cast<ChangeKind>(n));
+    } else if (found != known.end()) {
+      kinds.push_back(static_cast<ChangeKind>(found - known.begin()));
+    } else {
+      const std::string meant = nearest_name(name, known);
+      usage_error("--allow does not know '" + name + "'." + (meant.empty() ? "" : " Did you mean " + meant + "?") +
+                  " Known: all, " + change_kinds() + ".");
+    }
+  }
+  if (kinds.empty()) usage_error("--allow takes what may be changed, separated by commas: all, " + change_kinds() + ".");
+  return kinds;
+}
+
+std::string shown_change_kinds(const std::vector<ChangeKind>& kinds) {
+  std::string names;
+  for (const ChangeKind kind : kinds)
+    names += (names.empty() ? "" : ",") + std::string(kChangeKindNames[static_cast<std::size_t>(kind)]);
+  return names.empty() ? "none" : names;
+}
+
 Settings output_rows(Options& options) {
-  return {{.name = "output,o",
-           .value = "FILE",
-           .words = "where to write: .stl .obj .ply .3mf (default MESH_" + options.goal + ".stl)",
-           .details =
-               "The ending chooses binary STL, OBJ, PLY or 3MF. Default: the input's name with the goal behind it, in the current "
-               "folder.",
-           .place = path_place(options.output)},
-          {.name = "suggest",
-           .value = "",
-           .words = "if it fails, print the command lines that would do",
-           .details =
-               "When the goal is out of reach, command lines with which it is met are looked for (another waterline, wall, contact "
-               "point, axis, size ...), each of them run and verified. They are told beside the message; with this they are also "
-               "printed on standard output, one a line.",
-           .place = &options.suggest},
-          {.name = "no-advice",
-           .value = "",
-           .words = "if it fails, say only why",
-           .details = "Without looking for what would do, which takes some seconds.",
-           .place = &options.no_advice,
-           .rare = true}};
+  return {
+      {.name = "output,o",
+       .value = "FILE",
+       .words = "where to write: .stl .obj .ply .3mf (default MESH_" + options.goal + ".stl)",
+       .details =
+           "The ending chooses binary STL, OBJ, PLY or 3MF. Default: the input's name with the goal behind it, in the current "
+           "folder.",
+       .place = path_place(options.output)},
+      {.name = "allow",
+       .value = "LIST",
+       .words = "what may be changed if it cannot be done as asked, or all",
+       .details = "The first change that does it is told, made, and noted in the report. In this order, whatever that of LIST: " +
+                  change_kinds() +
+                  "; where no single one does, two together. Limits: axis and attitude are tilted by up to 30 degrees, the wall "
+                  "goes down to 0.2 mm, the size up to 2.5 times that asked, a base gives way by up to 1 mm, and up to 5 % of "
+                  "the height are cut off below.",
+       .place = TextPlace{[&options](const std::string& text) { options.allow = parse_change_kinds(text); },
+                          [&options] { return shown_change_kinds(options.allow); }}},
+      {.name = "suggest",
+       .value = "",
+       .words = "if it fails, print the command lines that would do",
+       .details =
+           "When the goal is out of reach, command lines with which it is met are looked for (another waterline, wall, contact "
+           "point, axis, size ...), each of them run and verified. They are told beside the message; with this they are also "
+           "printed on standard output, one a line.",
+       .place = &options.suggest},
+      {.name = "no-advice",
+       .value = "",
+       .words = "if it fails, say only why",
+       .details = "Without looking for what would do, which takes some seconds.",
+       .place = &options.no_advice,
+       .rare = true}};
 }
 
 void append(Settings& settings, const Settings& more) { settings.insert(settings.end(), more.begin(), more.end()); }
@@ -570,8 +615,8 @@ void apply(const std::vector<Group>& groups, const Given& given, Options& option
 }
 
 void note_in_force(const std::vector<Group>& groups, Options& options) {
-  static const std::set<std::string> kNotTold = {"material",  "help", "quiet", "verbose", "output", "report",  "suggest",
-                                                 "no-advice", "json", "gcode", "urdf",    "mjcf",   "original"};
+  static const std::set<std::string> kNotTold = {"material", "help",      "quiet", "verbose", "output", "report", "suggest",
+                                                 "allow",    "no-advice", "json",  "gcode",   "urdf",   "mjcf",   "original"};
   for (const Group& group : groups)
     for (const Setting& s : group.settings)
       if (!kNotTold.contains(long_name(s))) options.in_force.emplace_back(long_name(s), shown(s));
@@ -600,6 +645,8 @@ void check_each(const Options& options) {
   if (!options.each) return;
   if (!options.fixed.empty()) usage_error("--fixed does not say which body it is in: save each as a file of its own.");
   if (options.rigid) usage_error("--rigid makes one body of all, --each treats them one by one: give either.");
+  if (!options.allow.empty())
+    usage_error("--allow is for one body: save each as a file of its own, or leave --each or --allow out.");
   if (options.suggest) usage_error("--suggest is for one body: save each as a file of its own, or leave --each or --suggest out.");
   if (!options.original.empty())
     usage_error("--original is for one body: to judge against it, verify one body at a time, against a file with that body alone.");
@@ -886,22 +933,23 @@ std::string printable(const std::string& text) {
   return shown;
 }
 
-std::string suggested(int argc, const char* const* argv, const Suggestion& suggestion) {
+std::vector<std::string> suggested(int argc, const char* const* argv, const Suggestion& suggestion) {
   // An option and those that say the same in other words, or belong to it.
   static const std::map<std::string, std::set<std::string>> replaces = {{"waterline", {"--waterline", "--submerged"}},
                                                                         {"material", {"--density", "--material"}},
                                                                         {"up", {"--up", "--axis", "--max-tilt"}}};
-  std::set<std::string> gone;
-  std::string more;
+  std::set<std::string> gone{"--allow"};
+  std::vector<std::string> more;
   for (const auto& [name, value] : suggestion.options) {
     const auto found = replaces.find(name);
     if (found != replaces.end())
       gone.insert(found->second.begin(), found->second.end());
     else
       gone.insert("--" + name);
-    more += " --" + name + (value.empty() ? "" : " " + quoted(value));
+    more.push_back("--" + name);
+    if (!value.empty()) more.push_back(value);
   }
-  std::string text = "rayrep";
+  std::vector<std::string> words{"rayrep"};
   for (int n = 1; n < argc; ++n) {
     const std::string word = argv[n];
     const auto equals = word.find('=');
@@ -910,9 +958,16 @@ std::string suggested(int argc, const char* const* argv, const Suggestion& sugge
       if (equals == std::string::npos) ++n;  // its value
       continue;
     }
-    text += " " + quoted(word);
+    words.push_back(word);
   }
-  return text + more;
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+std::string shell_line(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : " ") + quoted(word);
+  return text;
 }
 
 std::string judging_command(const Options& options, const Spec& spec, const std::string& output, bool with_original) {

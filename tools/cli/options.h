@@ -68,8 +68,10 @@ struct Options {
   double insert_density() const;  ///< of what is in insert_output
   /// All meshes that are written.
   std::vector<std::filesystem::path> meshes() const;
-  bool suggest = false;    ///< print command lines that would succeed when this one cannot
-  bool no_advice = false;  ///< do not look for them
+  std::vector<ChangeKind> allow;  ///< which changes are made where it cannot be done as asked
+  std::string changed;            ///< what was changed so; empty: nothing
+  bool suggest = false;           ///< print command lines that would succeed when this one cannot
+  bool no_advice = false;         ///< do not look for them
   bool json = false;
   bool quiet = false;
   bool verbose = false;
@@ -104,8 +106,10 @@ Options parse_command_line(int argc, const char* const* argv);
 /// @throws Error{usage} when an output would overwrite what is read
 void refuse_overwriting(const Options& options);
 
-/// The command line with the options of a suggestion in place of its own, for a shell.
-std::string suggested(int argc, const char* const* argv, const Suggestion& suggestion);
+/// The words of a command line, the command's name first, with the options of a suggestion in place of their own.
+std::vector<std::string> suggested(int argc, const char* const* argv, const Suggestion& suggestion);
+/// They as one line for a shell.
+std::string shell_line(const std::vector<std::string>& words);
 
 /// The command line that judges `output` by what it was made for.
 std::string judging_command(const Options& options, const Spec& spec, const std::string& output, bool with_original);

@@ -158,6 +158,7 @@ RunReport start_report(const Options& options, const ReadMesh& mesh) {
   report.command = options.word;
   report.input = mesh.summary;
   report.options = options.in_force;
+  report.changed = options.changed;
   return report;
 }
 
@@ -568,7 +569,7 @@ std::optional<tbb::global_control> limit_threads(const Options& options) {
 }
 
 /// That a mesh with holes be closed by a guess, if it can be hollowed then.
-Advice advise_repair(const Options& options, const Progress& progress, const std::function<void(const Suggestion&)>& found) {
+Advice advise_repair(const Options& options, const Progress& progress, const Search& search) {
   Options repairing = options;
   repairing.repair = true;
   ReadMesh input = read(options.input, repairing, {}, progress);
@@ -579,21 +580,21 @@ Advice advise_repair(const Options& options, const Progress& progress, const std
   const HollowResult result = hollow(input.checked.mesh, options.spec, how, progress);
   if (!verify(result.delivery, &input.checked.mesh, result.spec, {}, progress).pass()) return advice;
   advice.suggestions.push_back({"the holes closed by a guess", {{"repair", ""}}});
-  found(advice.suggestions.back());
+  search.found(advice.suggestions.back());
   return advice;
 }
 
 }  // namespace
 
-Advice advise(const Options& options, const std::function<bool()>& cancelled, const std::function<void(const Suggestion&)>& found) {
+Advice advise(const Options& options, const std::function<bool()>& cancelled, const Search& search) {
   const auto limit = limit_threads(options);
   Stages stages(options);
   const Progress progress{.stage = [&stages](std::string_view name) { stages.begin(name); }, .cancelled = cancelled};
   ReadMesh input = read(options.input, options, {}, progress);
-  if (!input.checked.report.usable && input.checked.report.repairable) return advise_repair(options, progress, found);
+  if (!input.checked.report.usable && input.checked.report.repairable) return advise_repair(options, progress, search);
   refuse_unusable(input);
   refuse_loose_bodies(options, input, progress);
-  return suggest(input.checked.mesh, options.spec, hollow_options(options, progress), progress, found);
+  return suggest(input.checked.mesh, options.spec, hollow_options(options, progress), search, progress);
 }
 
 void run(const Options& options, const std::function<bool()>& cancelled) {

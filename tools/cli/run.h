@@ -8,7 +8,7 @@ namespace rayrep::tool {
 /// Runs one command: reads, computes, writes, prints. Whatever does not end well is thrown.
 void run(const Options& options, const std::function<bool()>& cancelled);
 
-/// Looks for what would do where a hollowing was refused for its goal. @param found  called for each suggestion as it is found
-Advice advise(const Options& options, const std::function<bool()>& cancelled, const std::function<void(const Suggestion&)>& found);
+/// Looks for what would do where a hollowing was refused for its goal.
+Advice advise(const Options& options, const std::function<bool()>& cancelled, const Search& search);
 
 }  // namespace rayrep::tool

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,11 +13,41 @@
 
 namespace rayrep {
 
+/// What may be changed of what was asked, from what intrudes least on.
+enum class ChangeKind {
+  point,      ///< through which point a top's axis goes; above which the body stands
+  tilt,       ///< the way up, by a few degrees
+  wall,       ///< thinner
+  prefer,     ///< the axis of the smallest moment instead of the largest
+  waterline,  ///< another one
+  size,       ///< larger
+  contact,    ///< a base that gives way more
+  infill,     ///< less of it, or a cavity instead
+  core,       ///< of metal
+  balls,      ///< of steel
+  flatten,    ///< cut off level below
+  up,         ///< another side up
+  material,   ///< another density
+};
+inline constexpr std::array<const char*, 13> kChangeKindNames = {
+    "point", "tilt", "wall", "prefer", "waterline", "size", "contact", "infill", "core", "balls", "flatten", "up", "material"};
+
+/// How far each kind of change goes. What is looked for lies within these, whoever looks.
+struct ChangeLimits {
+  double tilt_deg = 30;
+  double thinnest_wall_mm = 0.2;  ///< and 1/500 of the size
+  double largest_size = 2.5;      ///< over that asked
+  double contact_mm = 1;          ///< and 2 % of the height
+  double flatten = 0.05;          ///< of the height
+  double least_reserve = 0.015;   ///< of a float: what a print's own scatter would sink is not worth a try
+};
+
 /// A change of what was asked with which the goal is met: the body was made so and its judge found every criterion to pass.
 struct Suggestion {
   std::string change;  ///< for people: "a wall of 0.8 mm"
   std::vector<std::pair<std::string, std::string>>
       options;  ///< names of settings and values: {"wall", "0.8"}; "size": longest side, mm
+  std::vector<ChangeKind> kinds = {};
 };
 
 struct Advice {
@@ -23,14 +55,21 @@ struct Advice {
   std::string tried;                    ///< for people: what was looked at, "walls down to 0.2 mm, ..."
 };
 
-/// What would do when a goal cannot be met as asked: other walls, sizes, materials, attitudes, and as the goal has it waterlines,
-/// spin axes, contact points, contact tolerances and targets; one of them at a time and, where no single one does, two together.
-/// They are looked for on few rays and then tried in full, as `hollow` and `verify` would be called, both a limited number of
-/// times. What is found need not be all there is: along each change the least one of a ladder is taken.
+/// What is looked for.
+struct Search {
+  std::vector<ChangeKind> kinds = {};  ///< that may be changed; empty: all
+  bool first_only = false;             ///< stop at what changes least
+  ChangeLimits limits = {};
+  std::function<void(const Suggestion&)> found = {};  ///< called for each suggestion as soon as it is known
+};
+
+/// What would do when a goal cannot be met as asked: changes of each kind, the least one of it; one kind at a time and, where no
+/// single one does, two together. They are looked for on few rays and then tried in full, as `hollow` and `verify` would be
+/// called, both a limited number of times. What is found need not be all there is: along each kind the least change of a ladder
+/// is taken.
 /// @param mesh     as for hollow, millimetres
-/// @param found    called for each suggestion as soon as it is known; may be empty
 /// @throws Error{interrupted}; Error{usage} as hollow does
-Advice suggest(const Mesh& mesh, const Spec& asked, const HollowOptions& options, const Progress& progress = {},
-               const std::function<void(const Suggestion&)>& found = {});
+Advice suggest(const Mesh& mesh, const Spec& asked, const HollowOptions& options, const Search& search = {},
+               const Progress& progress = {});
 
 }  // namespace rayrep

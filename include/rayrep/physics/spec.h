@@ -98,7 +98,10 @@ struct StandSpec {
   /// starts there; a judge asks for no place.
   std::optional<Eigen::Vector3d> target_mm;
   std::optional<double> contact_tolerance_mm;  ///< none: see contact_tolerance_mm()
-  Objective objective = Objective::lowest;     ///< of a maker
+  /// How much may be cut off below, along `up`, for a base. A maker takes the least that makes it stand, and nothing where it
+  /// stands without; then this is what was cut. A judge compares what is above the cut with the original.
+  double flatten_mm = 0;
+  Objective objective = Objective::lowest;  ///< of a maker
 };
 
 /// Has given mass, centre of mass and inertia, any of them.

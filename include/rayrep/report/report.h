@@ -52,6 +52,7 @@ struct RunReport {
   std::optional<Measurement> print;                          ///< what was judged is a file for a printer, `input` its original
   std::string output;                                        ///< path; empty when nothing was written
   std::vector<std::pair<std::string, std::string>> options;  ///< as they were in force, by name
+  std::string changed;                                       ///< of what was asked, as it was allowed; empty: nothing
   /// A heavy core, or balls, written as a mesh of their own.
   struct Insert {
     std::string path;
