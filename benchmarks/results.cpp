@@ -143,6 +143,7 @@ public:
     growth();
     teapot();
     sliced();
+    answers();
     if (!micro.empty()) micro_benchmarks(micro);
     save(folder_ / "results.md", out_.text());
   }
@@ -547,6 +548,50 @@ private:
                                (r->converged() ? "verified" : "fails " + r->status) +
                                    (r->extra("gave way") > 0 ? ", the waterline moved" : "")});
       }
+      out_.row(row);
+    }
+  }
+
+  void answers() {
+    const Records records = store_.table("answers");
+    if (records.empty()) return;
+    out_.line("");
+    out_.line("## Answers");
+    out_.line("");
+    out_.line("Every mesh, 80 mm long, z up, whether it was meant so or not, N = " + std::to_string(records.front()->resolution) +
+              ": `rayrep GOAL MESH --size 80 --rigid --allow all`, a top with `--point com`. In a cell: yes");
+    out_.line(
+        "(as asked), the least change that does it, all of them made and judged, or why there is none; seconds of the whole run. "
+        "What is "
+        "not closed is refused with what is wrong.");
+    const std::vector<std::string> goals = {"float", "spin", "yo-yo", "stand"};
+    std::map<std::string, std::map<std::string, int>> counts;
+    std::map<std::string, std::vector<std::string>> rows;
+    std::vector<std::string> order;
+    for (const Record* r : records) {
+      if (!rows.contains(r->mesh)) order.push_back(r->mesh);
+      const std::string kind = r->status == "not closed" ? "not closed"
+                               : !r->converged()         ? "no answer"
+                               : r->note.empty()         ? "as asked"
+                                                         : "with a change";
+      ++counts[kind][r->goal];
+      const std::string cell = kind == "as asked"     ? "yes"
+                               : kind == "not closed" ? kind
+                               : kind == "no answer"  ? "**none**: " + r->note
+                                                      : r->note;
+      rows[r->mesh].push_back(cell + " (" + significant(r->seconds.median, 2) + " s)");
+    }
+    out_.header({"", "float", "top", "yo-yo", "stand"});
+    for (const char* kind : {"as asked", "with a change", "no answer", "not closed"}) {
+      std::vector<std::string> row = {kind};
+      for (const std::string& goal : goals) row.push_back(std::to_string(counts[kind][goal]));
+      out_.row(row);
+    }
+    out_.line("");
+    out_.header({"mesh", "float", "top", "yo-yo", "stand"});
+    for (const std::string& mesh : order) {
+      std::vector<std::string> row = {mesh};
+      row.insert(row.end(), rows[mesh].begin(), rows[mesh].end());
       out_.row(row);
     }
   }

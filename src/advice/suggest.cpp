@@ -21,6 +21,7 @@ namespace {
 using detail::SpinFrame;
 
 constexpr int kMostLooks = 100;  ///< on few rays: then it is enough
+constexpr int kFewestRays = 40;  ///< likewise, of many changes
 constexpr int kMostTrials = 12;  ///< in full
 constexpr double kDegree = std::numbers::pi / 180;
 
@@ -130,11 +131,13 @@ private:
   }
 
   /// Whether it can be done on few rays.
-  bool in_reach(const Change& change) {
+  bool in_reach(const Change& change) { return in_reach(change, few_); }
+
+  bool in_reach(const Change& change, const HollowOptions& few) {
     quiet_.check();
     if (++looks_ > kMostLooks) return false;
     try {
-      std::visit([&](const auto& spec) { detail::plan(mesh_with(change), spec, few_, quiet_); }, spec_with(change));
+      std::visit([&](const auto& spec) { detail::plan(mesh_with(change), spec, few, quiet_); }, spec_with(change));
       return true;
     } catch (const Error& error) {
       if (error.code() == ErrorCode::interrupted) throw;
@@ -336,8 +339,7 @@ void Adviser::add_walls() {
   const Infill& infill = print_of(asked_).infill;
   const double least_mm = infill.wanted() ? infill.skin_mm() : std::max(size_mm_ / 500, search_.limits.thinnest_wall_mm - 1e-9);
   Way way{ChangeKind::wall, "walls down to " + number(search_.limits.thinnest_wall_mm, 1) + " mm", {}, {}};
-  for (const char* text :
-       {"12", "10", "8", "6", "5", "4", "3", "2.5", "2", "1.6", "1.2", "1", "0.8", "0.6", "0.5", "0.4", "0.3", "0.2"})
+  for (const char* text : {"12", "10", "8", "6", "5", "4", "3", "2.5", "2", "1.6", "1.2", "1", "0.8", "0.6", "0.5", "0.4"})
     if (const double mm = parse_number("wall", text); mm < print_of(asked_).wall_mm && mm > least_mm)
       way.ladder.push_back({std::string("a wall of ") + text + " mm", {{"wall", text}}});
   if (!way.ladder.empty()) ways_.push_back(std::move(way));
@@ -452,11 +454,14 @@ std::optional<Change> Adviser::tilt_to_stand(const Change& before) {
 /// The first ring of attitudes with one in which it can float, and on the way to that one the least tilt that does.
 std::optional<Change> Adviser::tilt_to_float(const Change& before) {
   const Eigen::Vector3d up = up_of(asked_).normalized();
+  HollowOptions fewer = few_;  // there are many directions
+  fewer.resolution = std::min(fewer.resolution, kFewestRays);
   double nearer_deg = 0;
   for (const double degrees : {5., 10., 20., 30.}) {
     if (degrees > search_.limits.tilt_deg) break;
     for (const Eigen::Vector3d& direction : ring(up, degrees * kDegree)) {
-      if (!in_reach(combined(before, tilted(direction, 0)))) continue;
+      const Change there = combined(before, tilted(direction, 0));
+      if (!in_reach(there, fewer) || !in_reach(there)) continue;
       double lo = nearer_deg;
       double hi = degrees;
       const Eigen::Vector2d towards = (across(up).transpose() * direction).normalized();

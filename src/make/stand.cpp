@@ -112,15 +112,18 @@ struct Standing {
 Standing standing(const Mesh& solid, const StandSpec& spec, const HollowOptions& options, const Progress& progress) {
   Standing result;
   Plan& plan = result.plan;
-  plan.body = upright_body(solid, spec.up, spec.print, options, progress);
-  const Body& body = *plan.body;
-  const double tolerance = spec.contact_tolerance_mm ? *spec.contact_tolerance_mm : contact_tolerance_mm(body.height_mm);
-  const SupportPolygon polygon = support_polygon(body.hull, tolerance);
+  // What touches the ground is known before the inside is: overlaps and cavities change nothing there.
+  const Mesh outer = stored(solid, options);
+  const Mesh upright = transformed(outer, working_frame(outer, spec.up));
+  const double tolerance =
+      spec.contact_tolerance_mm ? *spec.contact_tolerance_mm : contact_tolerance_mm(bounding_box(upright).sizes().z());
+  const SupportPolygon polygon = support_polygon(upright, tolerance);
   if (polygon.corners_mm.size() < 3)
     throw Error(ErrorCode::goal, std::string("It cannot stand: it touches the ground in ") +
                                      (polygon.corners_mm.size() < 2 ? "a point" : "an edge") + " only (within " +
                                      number(tolerance, 3) + " mm of its lowest point).");
-
+  plan.body = upright_body(solid, spec.up, spec.print, options, progress);
+  const Body& body = *plan.body;
   const InteriorNlp::Scale scale{body.solid[M1], body.diagonal_mm};
   const Eigen::Vector2d target = chosen_target(body, polygon, spec, scale, progress);
   StandSpec found = spec;
@@ -176,8 +179,17 @@ std::size_t least_cut(const std::vector<double>& cuts, const Mesh& solid, const 
       return false;
     }
   };
-  std::size_t first = 1;
+  // Down from the largest in growing steps, as what is allowed is often just enough, and then by halves.
   std::size_t known = cuts.size() - 1;
+  std::size_t first = 1;
+  for (std::size_t step = 1; known > first; step *= 2) {
+    const std::size_t smaller = known - std::min(step, known - first);
+    if (!stands(smaller)) {
+      first = smaller + 1;
+      break;
+    }
+    known = smaller;
+  }
   while (first < known) {
     const std::size_t middle = (first + known) / 2;
     if (stands(middle))

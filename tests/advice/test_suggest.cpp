@@ -47,6 +47,7 @@ void take(const Suggestion& suggestion, Spec& spec, Mesh& mesh) {
       Settings rows = settings(s, Setting::For::making);
       for (Setting& row : settings(s.print, Setting::For::making)) rows.push_back(row);
       for (Setting& row : settings(s.print.core, Setting::For::making)) rows.push_back(row);
+      for (Setting& row : settings(s.print.balls, Setting::For::making)) rows.push_back(row);
       const auto row = std::find_if(rows.begin(), rows.end(), [&](const Setting& r) { return r.name == name; });
       ASSERT_NE(row, rows.end()) << name;
       parse(*row, text);
@@ -151,8 +152,36 @@ TEST(Suggest, SaysWhatWasTriedWhenNothingDoes) {
   ASSERT_TRUE(refused(block, spec));
   const Advice advice = suggest(block, spec, coarse());
   EXPECT_TRUE(advice.suggestions.empty());
-  EXPECT_NE(advice.tried.find("walls down to 0.2 mm"), std::string::npos) << advice.tried;
+  EXPECT_NE(advice.tried.find("walls down to 0.4 mm"), std::string::npos) << advice.tried;
   EXPECT_NE(advice.tried.find("two of these together"), std::string::npos) << advice.tried;
+}
+
+// A block on its edge rests on its nearest face.
+TEST(Suggest, TiltsToWhereItRests) {
+  const Mesh block = test::rotated(test::box({-20, -15, -10}, {20, 15, 10}),
+                                   Eigen::AngleAxisd(0.2, Vector3d(1, 2, 0).normalized()).toRotationMatrix());
+  const Advice advice = advice_that_works(block, StandSpec{});
+  const auto tilt = std::find_if(advice.suggestions.begin(), advice.suggestions.end(),
+                                 [](const Suggestion& s) { return s.kinds == std::vector{ChangeKind::tilt}; });
+  ASSERT_NE(tilt, advice.suggestions.end());
+  EXPECT_TRUE(test::mentions(tilt->change, {"tilted by 11.5 degrees"}));
+}
+
+TEST(Suggest, LooksForNothingButWhatIsAllowed) {
+  const Mesh ball = test::icosphere(20, 3);
+  Search search;
+  search.kinds = {ChangeKind::flatten, ChangeKind::wall};
+  const Advice advice = suggest(ball, StandSpec{}, coarse(), search);
+  ASSERT_EQ(advice.suggestions.size(), 1U) << advice.tried;
+  EXPECT_EQ(advice.suggestions[0].kinds, std::vector{ChangeKind::flatten});
+  EXPECT_TRUE(test::mentions(advice.tried, {"walls", "cuts of up to 2.00 mm below"}));
+  EXPECT_EQ(advice.tried.find("sizes"), std::string::npos);
+  // Within the limits, and no further than the first.
+  search.limits.flatten = 1e-5;
+  EXPECT_TRUE(suggest(ball, StandSpec{}, coarse(), search).suggestions.empty());
+  search = {};
+  search.first_only = true;
+  EXPECT_EQ(suggest(ball, StandSpec{}, coarse(), search).suggestions.size(), 1U);
 }
 
 TEST(Suggest, StopsWhenToldTo) {

@@ -75,17 +75,17 @@ void advise(int argc, char** argv, const rayrep::tool::Options& options) {
 }
 
 /// Makes it with the least change that --allow lets, which is told first. @throws Error{goal} when none does
-void run_changed(int argc, char** argv, const rayrep::tool::Options& options) {
+void run_changed(int argc, char** argv, const rayrep::tool::Options& options, const std::string& refusal) {
   rayrep::Search search;
   search.kinds = options.allow;
   search.first_only = true;
   const rayrep::Advice advice = rayrep::tool::advise(options, is_interrupted, search);
   if (advice.suggestions.empty())
-    throw rayrep::Error(rayrep::ErrorCode::goal, "Nothing that --allow lets change does: tried " + advice.tried + ".");
+    throw rayrep::Error(rayrep::ErrorCode::goal, refusal + " Nothing that --allow lets change does: tried " + advice.tried + ".");
   const rayrep::Suggestion& least = advice.suggestions.front();
   const std::vector<std::string> words = rayrep::tool::suggested(argc, argv, least);
   if (!options.quiet)
-    std::cerr << "rayrep: Changed, as --allow lets: " << least.change << ". The same as  "
+    std::cerr << "rayrep: " << printable(refusal) << "\nrayrep: Changed, as --allow lets: " << least.change << ". The same as  "
               << printable(rayrep::tool::shell_line(words)) << std::endl;
   std::vector<const char*> arguments;
   for (const std::string& word : words) arguments.push_back(word.c_str());
@@ -112,11 +112,11 @@ int main(int argc, char** argv) {
       rayrep::tool::run(options, is_interrupted);
     } catch (const rayrep::Error& error) {
       if (!can_be_advised(options, error)) throw;
-      if (!options.quiet || options.allow.empty()) std::cerr << "rayrep: " << printable(error.what()) << std::endl;
       if (!options.allow.empty()) {
-        run_changed(argc, argv, options);
+        run_changed(argc, argv, options, error.what());
         return 0;
       }
+      std::cerr << "rayrep: " << printable(error.what()) << std::endl;
       rayrep::tool::interrupted_with(static_cast<int>(error.code()));
       advise(argc, argv, options);
       return static_cast<int>(error.code());

@@ -35,7 +35,7 @@ inline constexpr std::array<const char*, 13> kChangeKindNames = {
 /// How far each kind of change goes. What is looked for lies within these, whoever looks.
 struct ChangeLimits {
   double tilt_deg = 30;
-  double thinnest_wall_mm = 0.2;  ///< and 1/500 of the size
+  double thinnest_wall_mm = 0.4;  ///< an extrusion; and 1/500 of the size
   double largest_size = 2.5;      ///< over that asked
   double contact_mm = 1;          ///< and 2 % of the height
   double flatten = 0.05;          ///< of the height
@@ -52,7 +52,7 @@ struct Suggestion {
 
 struct Advice {
   std::vector<Suggestion> suggestions;  ///< from what changes least to what changes most
-  std::string tried;                    ///< for people: what was looked at, "walls down to 0.2 mm, ..."
+  std::string tried;                    ///< for people: what was looked at, "walls down to 0.4 mm, ..."
 };
 
 /// What is looked for.
