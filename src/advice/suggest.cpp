@@ -20,7 +20,7 @@ namespace {
 
 using detail::SpinFrame;
 
-constexpr int kMostLooks = 100;  ///< on few rays: then it is enough
+constexpr int kMostLooks = 150;  ///< on few rays: then it is enough
 constexpr int kFewestRays = 40;  ///< likewise, of many changes
 constexpr int kMostTrials = 12;  ///< in full
 constexpr double kDegree = std::numbers::pi / 180;
@@ -534,9 +534,11 @@ void Adviser::add_balls() {
 std::optional<Change> Adviser::steel_balls(const Change& before) {
   const Balls ball;
   if (!in_reach(combined(before, {"", {{"core-density", number(ball.density_g_cm3, 2)}}}))) return std::nullopt;
+  HollowOptions few = few_;
+  few.look_only = false;
   for (const char* count : {"4", "8", "16"})
     if (const Change change{count + (" balls of steel of " + number(ball.diameter_mm, 0) + " mm"), {{"balls", count}}};
-        is_made(combined(before, change), few_))
+        is_made(combined(before, change), few))
       return change;
   return std::nullopt;
 }

@@ -25,6 +25,7 @@ InnerDomainOptions inner_options(const Discretisation& options, double size_mm) 
   inside.wall_mm = options.wall_mm;
   inside.ray_spacing_mm = size_mm / options.resolution;
   inside.field_spacing_mm = field_spacing(inside.ray_spacing_mm, options.wall_mm, size_mm);
+  if (options.look_only) inside.field_spacing_mm = std::max(inside.field_spacing_mm, 0.5 * inside.ray_spacing_mm);
   inside.min_component_mm3 = options.min_cavity_mm3;
   return inside;
 }
@@ -58,6 +59,7 @@ Discretisation discretisation(const Print& print, const HollowOptions& options) 
   result.wall_mm = print.wall_mm;
   result.resolution = options.resolution;
   result.min_cavity_mm3 = sparse ? std::max(kSmallestSparse_mm3, options.min_cavity_mm3) : options.min_cavity_mm3;
+  result.look_only = options.look_only;
   result.phases = phases_of(print);
   result.rooms = rooms_of(options.fixed);
   result.fixed = fixed_moments(options.fixed, print.density_g_cm3);
@@ -86,6 +88,7 @@ Body::Body(Mesh mesh, const Eigen::Affine3d& frame, const Discretisation& option
       phases_(options.phases) {
   const bool has_sealed_cavities = hull.triangles.size() < working.triangles.size();
   hull = boundary_of_union(hull, progress);
+  if (options.require) options.require(hull);
   solid = mesh_moments(has_sealed_cavities ? boundary_of_union(working, progress) : hull);
   solid += moment_map(to_working) * options.fixed;
   const Eigen::AlignedBox3d box = bounding_box(working);
@@ -127,7 +130,7 @@ std::string scarce_words(const RayGrid& grid) {
 
 std::unique_ptr<Body> resolved_body(Mesh mesh, const Eigen::Affine3d& frame, Discretisation options, const Progress& progress) {
   constexpr double allowed = 0.01;
-  const int finest = std::min(4 * options.resolution, 1600);
+  const int finest = options.look_only ? options.resolution : std::min(4 * options.resolution, 1600);
   // The slope of lines that meet the rows of a grid most evenly.
   const Eigen::AngleAxisd turn(std::atan(2 - std::numbers::phi), Eigen::Vector3d::UnitZ());
   auto body = std::make_unique<Body>(std::move(mesh), frame, options, progress);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,9 +17,12 @@ struct Discretisation {
   double wall_mm = 1.2;
   int resolution = 200;
   double min_cavity_mm3 = 4.0;
+  bool look_only = false;  ///< see HollowOptions
   Phases phases;
   std::vector<Mesh> rooms;          ///< of what is fixed in the body, in the frame given
   Moments fixed = Moments::Zero();  ///< of what is fixed in the body, unit density of the print, in the frame given
+  /// Throws for a hull, in the working frame, with which it makes no sense to go on to the inner domain. May be empty.
+  std::function<void(const Mesh& hull)> require = {};
 };
 Discretisation discretisation(const Print& print, const HollowOptions& options);
 

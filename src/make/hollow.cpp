@@ -51,6 +51,7 @@ HollowOptions on_few_rays(const HollowOptions& options) {
   HollowOptions few = options;
   few.resolution = std::min(options.resolution, kFewRays);
   few.as_printed = nullptr;
+  few.look_only = true;
   return few;
 }
 

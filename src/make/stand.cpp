@@ -112,18 +112,24 @@ struct Standing {
 Standing standing(const Mesh& solid, const StandSpec& spec, const HollowOptions& options, const Progress& progress) {
   Standing result;
   Plan& plan = result.plan;
-  // What touches the ground is known before the inside is: overlaps and cavities change nothing there.
-  const Mesh outer = stored(solid, options);
-  const Mesh upright = transformed(outer, working_frame(outer, spec.up));
-  const double tolerance =
-      spec.contact_tolerance_mm ? *spec.contact_tolerance_mm : contact_tolerance_mm(bounding_box(upright).sizes().z());
-  const SupportPolygon polygon = support_polygon(upright, tolerance);
-  if (polygon.corners_mm.size() < 3)
-    throw Error(ErrorCode::goal, std::string("It cannot stand: it touches the ground in ") +
-                                     (polygon.corners_mm.size() < 2 ? "a point" : "an edge") + " only (within " +
-                                     number(tolerance, 3) + " mm of its lowest point).");
-  plan.body = upright_body(solid, spec.up, spec.print, options, progress);
+  // What touches the ground is known before the inside is.
+  double tolerance = 0;
+  SupportPolygon polygon;
+  Discretisation discretised = discretisation(spec.print, options);
+  discretised.require = [&](const Mesh& hull) {
+    tolerance = spec.contact_tolerance_mm.value_or(contact_tolerance_mm(bounding_box(hull).sizes().z()));
+    polygon = support_polygon(hull, tolerance);
+    if (polygon.corners_mm.size() < 3)
+      throw Error(ErrorCode::goal, std::string("It cannot stand: it touches the ground in ") +
+                                       (polygon.corners_mm.size() < 2 ? "a point" : "an edge") + " only (within " +
+                                       number(tolerance, 3) + " mm of its lowest point).");
+  };
+  progress.begin("domain");
+  Mesh outer = stored(solid, options);
+  const Eigen::Affine3d frame = working_frame(outer, spec.up);
+  plan.body = resolved_body(std::move(outer), frame, discretised, progress);
   const Body& body = *plan.body;
+
   const InteriorNlp::Scale scale{body.solid[M1], body.diagonal_mm};
   const Eigen::Vector2d target = chosen_target(body, polygon, spec, scale, progress);
   StandSpec found = spec;

@@ -43,6 +43,9 @@ struct HollowOptions {
   std::vector<FixedBody> fixed = {};
   /// Heights above the lowest point at which the print is paused to put them in; empty: those of the tops of their rooms.
   std::vector<double> pauses_mm = {};
+  /// Only a look at what is in reach, with nothing made after it: the grid of the cavity need not be finer than half of the rays',
+  /// and rays that miss thin parts are turned but not made more.
+  bool look_only = false;
   int max_slices = 3;  ///< how often as_printed is asked
   /// No further slice is made once a print misses mass and offset by no more than this (as as_built_tolerance).
   double as_printed_tolerance = 3e-5;
