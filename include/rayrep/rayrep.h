@@ -32,6 +32,7 @@
 #include "rayrep/physics/infill.h"           // what a slicer lays down where it is told to print sparsely
 #include "rayrep/physics/inertial.h"         // the ten numbers of a rigid body, as URDF and MJCF
 #include "rayrep/physics/hydrostatics.h"     // displacement, buoyancy, metacentre, where it comes to rest
+#include "rayrep/physics/righting_arm.h"     // from which heel it rights itself
 #include "rayrep/physics/spin.h"             // which axis, and at which speeds a spin is stable
 #include "rayrep/physics/support_polygon.h"  // contact with the ground, tipping angles
 #include "rayrep/physics/resting.h"          // how a body rolls to rest on the ground

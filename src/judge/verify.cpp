@@ -14,6 +14,7 @@
 #include "base/text.h"
 #include "judge/figures.h"
 #include "judge/inserts.h"
+#include "judge/righting.h"
 #include "judge/verify_detail.h"
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/mesh_check.h"
@@ -110,6 +111,36 @@ bool rests_upright(const FloatState& state, const Limits& limits) {
   return state.settles == FloatingRest::Outcome::rests && state.settled_tilt_rad <= limits.settled_tilt_rad;
 }
 
+// The centres of mass and buoyancy, whose water is there, and what keeps it up.
+void compare_centres(const PreparedHull& hull, const FloatSpec& spec, FloatState& state) {
+  const Eigen::Vector3d up = spec.up.normalized();
+  state.displaced_mass_g = spec.fluid_g_cm3 * 1e-3 * state.water.displaced_volume_mm3;
+  state.mass_error =
+      state.displaced_mass_g > 0 ? std::abs(state.body.mass_g - state.displaced_mass_g) / state.displaced_mass_g : kInfinity;
+  const Eigen::Vector3d arm = state.body.centre_of_mass_mm - state.water.centre_of_buoyancy_mm;
+  state.horizontal_offset_mm = (arm - up.dot(arm) * up).norm();
+  state.metacentric_height_mm = state.water.metacentric_radius_mm() - up.dot(arm);
+  state.buoyancy_reserve = largest_displacement_mm3(hull, up) * spec.fluid_g_cm3 * 1e-3 / state.body.mass_g - 1;
+}
+
+// Under water: the centre of mass hangs below the centre of buoyancy, whichever way the body was let go.
+FloatState submerged_state(const PreparedHull& hull, const FloatSpec& spec, const Judging& judging, FloatState state) {
+  state.water = submerged_hydrostatics(hull);
+  compare_centres(hull, spec, state);
+  if (state.body.mass_g > (1 + judging.limits.mass_error) * state.displaced_mass_g) state.settles = FloatingRest::Outcome::sinks;
+  state.settled_tilt_rad = std::atan2(state.horizontal_offset_mm, state.metacentric_height_mm);
+  if (judging.depth == Judging::with_more_plastic) state.righting = submerged_righting_curve(state.metacentric_height_mm);
+  return state;
+}
+
+// On the weakest side, or on that over which water comes in first.
+RightingCurve righting_of(const FloatingBody& body, const std::optional<FloodingHeel>& flooding) {
+  RightingCurve weakest = weakest_righting_curve(body);
+  if (!flooding || flooding->angle_rad >= weakest.range_rad) return weakest;
+  RightingCurve flooded = righting_curve(body, -flooding->up);
+  return flooded.range_rad < weakest.range_rad ? flooded : weakest;
+}
+
 FloatState state_of(const Judged& judged, const FloatSpec& spec, const Judging& judging) {
   const auto& [body, outer, mass, overlaps] = judged;
   const Progress& progress = judging.progress;
@@ -121,32 +152,37 @@ FloatState state_of(const Judged& judged, const FloatSpec& spec, const Judging& 
   Mesh hull = outer_hull(outer);
   if (overlaps) hull = outer_hull(boundary_of_union(hull, progress));
   const PreparedHull prepared(std::move(hull));
-  const Waterplane plane{up, lowest_along(body, up) + *spec.waterline_mm};
-  state.water = hydrostatics(prepared, plane);
-  state.displaced_mass_g = spec.fluid_g_cm3 * 1e-3 * state.water.displaced_volume_mm3;
-  state.mass_error =
-      state.displaced_mass_g > 0 ? std::abs(state.body.mass_g - state.displaced_mass_g) / state.displaced_mass_g : kInfinity;
-  const Eigen::Vector3d arm = state.body.centre_of_mass_mm - state.water.centre_of_buoyancy_mm;
-  state.horizontal_offset_mm = (arm - up.dot(arm) * up).norm();
-  state.metacentric_height_mm = state.water.metacentric_radius_mm() - up.dot(arm);
-  state.buoyancy_reserve = largest_displacement_mm3(prepared, up) * spec.fluid_g_cm3 * 1e-3 / state.body.mass_g - 1;
+  if (is_submerged(spec)) return submerged_state(prepared, spec, judging, std::move(state));
+  state.water = hydrostatics(prepared, {up, lowest_along(body, up) + *spec.waterline_mm});
+  compare_centres(prepared, spec, state);
   if (judging.depth == Judging::afloat) return state;
   const Settled end = settled({prepared, state.body.mass_g, state.body.centre_of_mass_mm}, spec, judging.limits, progress);
   state.settles = end.how;
   state.settled_tilt_rad = end.tilt_rad;
-  if (state.water.dry_interior_mm3 > 0 && state.buoyancy_reserve >= 0)
-    if (const auto heel = flooding_heel(prepared, state.body.mass_g / (spec.fluid_g_cm3 * 1e-3), up))
-      state.flooding_heel_rad = heel->angle_rad;
+  const FloatingBody afloat{prepared, state.body.mass_g / (spec.fluid_g_cm3 * 1e-3), state.body.centre_of_mass_mm, up};
+  std::optional<FloodingHeel> flooding;
+  if (state.water.dry_interior_mm3 > 0 && state.buoyancy_reserve >= 0) flooding = flooding_heel(prepared, afloat.volume_mm3, up);
+  if (flooding) state.flooding_heel_rad = flooding->angle_rad;
   if (judging.depth != Judging::with_more_plastic || !rests_upright(state, judging.limits)) return state;
+  progress.check();
+  state.righting = righting_of(afloat, flooding);
   for (const double excess : judging.limits.too_heavy)
     state.heavier.push_back(with_more_plastic(excess, state, prepared, spec, judging));
   return state;
 }
 
-// The spec with its waterline filled in: of a fraction of the height, or where the body displaces its own mass.
+// The spec with its waterline filled in: of a fraction of the height, or where the body displaces its own mass. With one at the top
+// or above the body is submerged; then there is none.
 // @param mesh    vertices merged
 // @param mass_g  none: the mesh's own
 FloatSpec at_its_waterline(const Mesh& mesh, std::optional<double> mass_g, FloatSpec spec, const Progress& progress) {
+  const double height_mm = -lowest_along(mesh, -spec.up.normalized()) - lowest_along(mesh, spec.up.normalized());
+  if (is_submerged(spec) || (spec.waterline_mm && *spec.waterline_mm >= height_mm * (1 - 1e-9))) {
+    spec.waterline_mm.reset();
+    spec.submerged_volume_fraction.reset();
+    spec.submerged_fraction = 1;
+    return spec;
+  }
   if (spec.waterline_mm) return spec;
   const Mesh standing = transformed(mesh, working_frame(mesh, spec.up));
   if (spec.submerged_fraction) {
@@ -261,10 +297,41 @@ void say(FloatVerdict& verdict, const Limits& limits) {
     text = "It floats upright, but not at this waterline: there it would have to weigh " + number(state.displaced_mass_g, 2) +
            " g, and it weighs " + number(state.body.mass_g, 2) + " g.";
   else
-    text = "It floats upright, " + number(*verdict.spec.waterline_mm, 2) + " mm deep, and rights itself when it is tilted by " +
-           number(limits.release_tilt_rad * 180 / std::numbers::pi, 0) + " degrees.";
+    text = "It floats upright, " + number(*verdict.spec.waterline_mm, 2) + " mm deep, and rights itself " +
+           righting_words(*state.righting);
   if (state.flooding_heel_rad)
     text += " Water comes in over its rim when it is tilted by " + degrees(*state.flooding_heel_rad) + ".";
+}
+
+// The same of a submerged body, and what a little too much or too little comes to.
+void say_submerged(FloatVerdict& verdict, const Limits& limits) {
+  const FloatState& state = verdict.state;
+  const std::string weighs = "It weighs " + number(state.body.mass_g, 2) + " g, and wholly under water it displaces " +
+                             number(state.displaced_mass_g, 2) + " g";
+  std::string& text = verdict.meaning.emplace_back();
+  if (!(state.mass_error <= limits.mass_error))
+    text = weighs + (state.body.mass_g > state.displaced_mass_g ? ": it sinks." : ": it rises, and floats.");
+  else if (!(state.metacentric_height_mm > 0))
+    text = "It neither sinks nor rises, but its centre of mass lies above its centre of buoyancy: it hangs upside down.";
+  else if (!rests_upright(state, limits))
+    text = "It neither sinks nor rises, but hangs " + degrees(state.settled_tilt_rad) + " off upright.";
+  else
+    text = "It hovers upright at any depth and rights itself from any heel. Its centre of mass hangs " +
+           number(state.metacentric_height_mm, 2) +
+           " mm below its centre of buoyancy: the arm that rights it is that times the sine of the heel.";
+  verdict.meaning.push_back(
+      "1 % of its mass is " + number(0.01 * state.body.mass_g, 2) +
+      " g: so much more and it sinks to the ground, so much less and it rises to the surface. Prints come out "
+      "1 to 2 % too heavy: weigh it, and trim it in the water it is for.");
+}
+
+// Whether it is held up by air in a pocket unless that is let out.
+void note_pockets(FloatVerdict& verdict) {
+  const FloatState& state = verdict.state;
+  const double held_g = (1 + state.buoyancy_reserve) * state.body.mass_g - state.displaced_mass_g;
+  if (held_g > 1e-3 * state.displaced_mass_g)
+    verdict.notes.push_back("An open hollow of it must be full of water: with air in it, it carries " + number(held_g, 2) +
+                            " g more and floats.");
 }
 
 // The criterion reserve, and what it means.
@@ -302,12 +369,18 @@ void describe(FloatVerdict& verdict) {
   verdict.body = verdict.state.body;
   verdict.figures = figures_of(verdict.state, spec);
   verdict.figures.push_back({.name = "with_more_plastic", .words = "", .value = records(verdict.state.heavier)});
-  verdict.headline = "waterline " + number(*spec.waterline_mm, 3) + " mm above the lowest point" +
-                     (spec.waterline_searched ? " (found: the largest metacentric height)" : "") + ", fluid " +
-                     shown(spec.fluid_g_cm3) + " g/cm3, " + print_words(spec.print);
+  add_righting(verdict.state.righting, verdict.figures);
+  const bool submerged = is_submerged(spec);
+  verdict.headline =
+      (submerged ? "wholly under water" : "waterline " + number(*spec.waterline_mm, 3) + " mm above the lowest point") +
+      (spec.waterline_searched ? " (found: the largest metacentric height)" : "") + ", fluid " + shown(spec.fluid_g_cm3) +
+      " g/cm3, " + print_words(spec.print);
+  Figure waterline{.name = "waterline_mm", .words = "", .unit = Unit::mm, .value = {}};
+  if (!submerged) waterline.value = *spec.waterline_mm;
   verdict.wanted = {{.name = "up", .words = "", .value = list(spec.up)},
-                    {.name = "waterline_mm", .words = "", .unit = Unit::mm, .value = *spec.waterline_mm},
+                    waterline,
                     {.name = "waterline_searched", .words = "", .value = spec.waterline_searched},
+                    {.name = "submerged", .words = "", .value = submerged},
                     {.name = "fluid_g_cm3", .words = "", .unit = Unit::g_cm3, .value = spec.fluid_g_cm3}};
   add_print(spec.print, verdict.wanted);
 }
@@ -319,7 +392,12 @@ void conclude(FloatVerdict& verdict, double diagonal_mm, const Limits& limits) {
     verdict.notes.push_back("At this waterline the body displaces nothing.");
   if (verdict.trapped_resin_g > 0 && verdict.trapped_resin_g > state.buoyancy_reserve * state.body.mass_g)
     verdict.notes.push_back("With that resin inside it sinks.");
-  say(verdict, limits);
+  if (is_submerged(verdict.spec)) {
+    say_submerged(verdict, limits);
+    note_pockets(verdict);
+  } else {
+    say(verdict, limits);
+  }
   auto& criteria = verdict.criteria;
   criteria.push_back(at_most("mass_error", "mass against displaced mass, relative", state.mass_error, limits.mass_error));
   criteria.push_back(at_most("offset", "horizontal offset of the centres, over the diagonal",

@@ -167,6 +167,7 @@ private:
     proven_ = first->plan.goal.affine;
     FloatSpec* floating = std::get_if<FloatSpec>(&spec_);
     if (!floating) return;
+    if (is_submerged(*floating)) return;
     floating->waterline_mm = std::get<FloatSpec>(first->plan.spec).waterline_mm;
     floating->submerged_fraction.reset();
     floating->submerged_volume_fraction.reset();

@@ -27,8 +27,13 @@ std::optional<double> searched_waterline(const FloatProblem& problem, const Body
   return best_waterline(problem, reserve, progress);
 }
 
-/// Fills in the waterline of `spec`, given or searched. @throws Error{usage}, Error{goal}
+/// Fills in the waterline of `spec`, given or searched; a submerged body has none. @throws Error{usage}, Error{goal}
 void find_waterline(const FloatProblem& problem, const Body& body, FloatSpec& spec, const Progress& progress) {
+  if (is_submerged(spec)) {
+    spec.submerged_fraction = 1;
+    spec.submerged_volume_fraction.reset();
+    return;
+  }
   if (spec.submerged_fraction) spec.waterline_mm = *spec.submerged_fraction * body.height_mm;
   if (spec.submerged_volume_fraction)
     spec.waterline_mm =
@@ -42,7 +47,8 @@ void find_waterline(const FloatProblem& problem, const Body& body, FloatSpec& sp
     spec.waterline_searched = true;
   } else if (!(*spec.waterline_mm > 0 && *spec.waterline_mm < body.height_mm)) {
     throw Error(ErrorCode::usage, "The waterline must lie between the lowest and the highest point, 0 and " +
-                                      number(body.height_mm, 2) + " mm; it is " + number(*spec.waterline_mm, 2) + " mm.");
+                                      number(body.height_mm, 2) + " mm; it is " + number(*spec.waterline_mm, 2) +
+                                      " mm. A body that hovers wholly under water is --submerged 1.");
   }
 }
 
@@ -66,6 +72,19 @@ void aim(Plan& plan, const Hydrostatics& water, double volumes) {
   };
 }
 
+/// What the interior has to do. @throws Error{goal} if none does
+WaterlineState target_state(const FloatProblem& problem, const FloatSpec& spec) {
+  const auto refuse = [&problem](const std::string& why) { throw Error(ErrorCode::goal, why + scarce_words(problem.inner.grid)); };
+  if (is_submerged(spec)) {
+    WaterlineState state = submerged(problem);
+    if (const std::string why = why_not_submerged(problem, state); !why.empty()) refuse(why);
+    return state;
+  }
+  WaterlineState state = at_waterline(problem, *spec.waterline_mm);
+  if (!state.attainable || (!spec.waterline_searched && !comes_back(problem, state))) refuse(why_unattainable(problem, state));
+  return state;
+}
+
 }  // namespace
 
 Plan plan(const Mesh& solid, const FloatSpec& spec, const HollowOptions& options, const Progress& progress) {
@@ -80,9 +99,7 @@ Plan plan(const Mesh& solid, const FloatSpec& spec, const HollowOptions& options
   progress.begin("waterline");
   find_waterline(problem, body, found, progress);
   plan.spec = found;
-  const WaterlineState target = at_waterline(problem, *found.waterline_mm);
-  if (!target.attainable || (!found.waterline_searched && !comes_back(problem, target)))
-    throw Error(ErrorCode::goal, why_unattainable(problem, target) + scarce_words(problem.inner.grid));
+  const WaterlineState target = target_state(problem, found);
 
   const double volumes = density_g_cm3 / spec.fluid_g_cm3;
   aim(plan, target.water, volumes);

@@ -126,20 +126,45 @@ std::optional<double> best_of(const FloatProblem& problem, const std::vector<Wat
 
 }  // namespace
 
+namespace {
+
+/// Volume of material that weighs as much as is displaced.
+double material_mm3(const FloatProblem& problem, const WaterlineState& state) {
+  return state.water.displaced_volume_mm3 * problem.fluid_g_cm3 / problem.density_g_cm3;
+}
+
+/// Whether some interior weighs what is displaced.
+bool can_weigh(const FloatProblem& problem, const WaterlineState& state) {
+  const double wanted = material_mm3(problem, state);
+  return wanted >= problem.shell[M1] && wanted <= solid_moments(problem)[M1] && wanted > 0;
+}
+
+/// Fills in what an interior of the lowest centre of mass does in this state of the water. @param metacentre_mm  its height
+void find_lowest(const FloatProblem& problem, double metacentre_mm, WaterlineState& state) {
+  const Goal goal = float_goal(material_mm3(problem, state), state.water.centre_of_buoyancy_mm.head<2>(), problem.diagonal_mm);
+  state.lowest = solve_quadric(goal, problem.integrals, problem.shell);
+  state.attainable = state.lowest.converged;
+  if (state.attainable) state.metacentric_height_mm = metacentre_mm - state.lowest.moments[MZ] / state.lowest.moments[M1];
+}
+
+}  // namespace
+
 WaterlineState at_waterline(const FloatProblem& problem, double waterline_mm) {
   WaterlineState state;
   state.waterline_mm = waterline_mm;
-  state.water = hydrostatics(problem.hull, {Eigen::Vector3d::UnitZ(), waterline_mm});
+  const Waterplane plane{Eigen::Vector3d::UnitZ(), waterline_mm};
+  state.water = hydrostatics(problem.hull, plane);
   state.displaced_g = grams(state.water.displaced_volume_mm3, problem.fluid_g_cm3);
-  const double material_mm3 = state.water.displaced_volume_mm3 * problem.fluid_g_cm3 / problem.density_g_cm3;
-  if (material_mm3 < problem.shell[M1] || material_mm3 > solid_moments(problem)[M1] || material_mm3 <= 0) return state;
-  if (!rests_at(problem, state)) return state;
-  const Goal goal = float_goal(material_mm3, state.water.centre_of_buoyancy_mm.head<2>(), problem.diagonal_mm);
-  state.lowest = solve_quadric(goal, problem.integrals, problem.shell);
-  state.attainable = state.lowest.converged;
-  if (state.attainable)
-    state.metacentric_height_mm = state.water.metacentre_mm({Eigen::Vector3d::UnitZ(), waterline_mm}).z() -
-                                  state.lowest.moments[MZ] / state.lowest.moments[M1];
+  if (can_weigh(problem, state) && rests_at(problem, state)) find_lowest(problem, state.water.metacentre_mm(plane).z(), state);
+  return state;
+}
+
+WaterlineState submerged(const FloatProblem& problem) {
+  WaterlineState state;
+  state.waterline_mm = problem.height_mm;
+  state.water = submerged_hydrostatics(problem.hull);
+  state.displaced_g = grams(state.water.displaced_volume_mm3, problem.fluid_g_cm3);
+  if (can_weigh(problem, state)) find_lowest(problem, state.water.centre_of_buoyancy_mm.z(), state);
   return state;
 }
 
@@ -267,6 +292,32 @@ std::string why_unattainable(const FloatProblem& problem, const WaterlineState& 
   return "It does not float upright at a waterline of " + number(state.waterline_mm, 2) + " mm: the metacentric height is " +
          number(state.metacentric_height_mm, 2) +
          " mm, but let go tilted by 10 degrees it does not come back, or not with 1 % more plastic than planned.";
+}
+
+std::string why_not_submerged(const FloatProblem& problem, const WaterlineState& state) {
+  const double displaced_g = state.displaced_g;
+  const std::string line = "wholly under water it displaces " + number(displaced_g, 2) + " g";
+  const double shell_g = grams(problem.shell[M1], problem.density_g_cm3);
+  const double solid_g = grams(solid_moments(problem)[M1], problem.density_g_cm3);
+  if (shell_g > displaced_g)
+    return (sparse(problem) ? "It sinks: sparse all through it weighs " : "It sinks: the shell alone weighs ") +
+           number(shell_g, 2) + " g, and " + line + ". It takes a material lighter than " +
+           number(problem.density_g_cm3 * displaced_g / shell_g, 3) + " g/cm3.";
+  if (solid_g < displaced_g)
+    return (problem.inner.grid.weight > 1 ? "It rises: even with a core that takes all the room it weighs only "
+                                          : "It rises: even completely solid it weighs only ") +
+           number(solid_g, 2) + " g, and " + line + ". It takes a material heavier than " +
+           number(problem.density_g_cm3 * displaced_g / solid_g, 3) + " g/cm3.";
+  if (!state.attainable)
+    return "It cannot be balanced: " + line + ", and with that mass no interior brings the centre of mass closer than " +
+           number(smallest_offset_mm(problem.inner, problem.shell, material_mm3(problem, state),
+                                     state.water.centre_of_buoyancy_mm.head<2>()),
+                  2) +
+           " mm (horizontally) to the centre of buoyancy.";
+  if (state.metacentric_height_mm < kSmallestHeight * problem.diagonal_mm)
+    return "It cannot hang upright under water: the lowest possible centre of mass lies " +
+           number(-state.metacentric_height_mm, 2) + " mm above the centre of buoyancy, and it must lie below.";
+  return {};
 }
 
 std::string why_no_waterline(const FloatProblem& problem, double reserve, const Progress& progress) {

@@ -134,7 +134,7 @@ double ClippedHull::offset_between(double lo, double hi, double rim, double volu
 
 // Pockets that begin below this height.
 void ClippedHull::find_pockets(double below) {
-  if (below <= found_below_) return;
+  if (!pockets_ || below <= found_below_) return;
   floods_ = {};
   found_below_ = below;
   if (!may_have_pockets(triangles_, heights_, projected_, pinched_, below)) return;

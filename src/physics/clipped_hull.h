@@ -54,6 +54,18 @@ public:
   /// Ahead of many calls at one attitude: those that follow need not look for pockets.
   void find_all_pockets() { find_pockets(std::numeric_limits<double>::infinity()); }
 
+  /// From now on no pocket is dry, at any attitude.
+  void leave_pockets_wet() {
+    pockets_ = false;
+    floods_ = {};
+  }
+
+  /// An upper bound of what all pockets at this attitude hold, each just before it floods.
+  double most_in_pockets() {
+    find_all_pockets();
+    return floods_.empty() ? 0 : dry_volume_at_rims(highest_);
+  }
+
   /// The lowest offset at which `volume` is displaced, that at which a body lowered into the water comes to rest, with the pockets
   /// that are dry there; none if the body sinks. Afterwards integrals and the functions below see these pockets.
   std::optional<double> offset_for_volume(double volume, double guess);
@@ -99,6 +111,7 @@ private:
   std::vector<Eigen::Vector3d> points_;
   double lowest_ = 0;
   double highest_ = 0;
+  bool pockets_ = true;
   FloodHeights floods_;
   double found_below_ = -std::numeric_limits<double>::infinity();  // what floods_ is right for, at this attitude
   std::shared_ptr<LazyHullSurface> shared_surface_ = std::make_shared<LazyHullSurface>();  // with all copies

@@ -9,6 +9,7 @@
 
 #include "base/linear_algebra.h"
 #include "base/text.h"
+#include "physics/attitude.h"
 #include "physics/clipped_hull.h"
 #include "physics/prepared_hull.h"
 #include "rayrep/base/error.h"
@@ -23,40 +24,6 @@ constexpr double kNeutralHeight = 1e-4;  // metacentric height over the diagonal
 constexpr double kNeutralEnergy = 2e-6;  // change of energy over weight and diagonal within kProbe
 constexpr double kProbe = 0.2;           // rad: wider than a facet
 constexpr double kTurnToARim = 1e-4;     // rad: so near a body comes before a rim that goes under floods it
-
-// Potential energy of the floating body over its weight, as a function of the direction of up, with its gradient and Hessian on the
-// sphere of directions. theory.md (9).
-struct Attitude {
-  Eigen::Vector3d up;
-  Frame frame;
-  double offset = 0;         // of the waterplane, from the hull's centre
-  double energy = 0;         // (c - b).n, mm
-  Eigen::Vector2d gradient;  // horizontal part of c - b: the righting arm, mm
-  Eigen::Matrix2d hessian;   // J / V - (c - b).n, mm per rad: the metacentric heights
-  Eigen::Vector3d centre_of_flotation;
-  std::vector<int> dry_points;  // of the hull, below the water
-};
-
-// None if the body sinks.
-std::optional<Attitude> attitude(ClippedHull& hull, double volume, const Eigen::Vector3d& centre_of_mass, const Eigen::Vector3d& up,
-                                 double guess) {
-  Attitude a;
-  a.up = up;
-  hull.set_up(up);
-  a.frame = hull.frame();
-  const std::optional<double> offset = hull.offset_for_volume(volume, guess);
-  if (!offset) return std::nullopt;
-  a.offset = *offset;
-  const Integrals sum = hull.integrals(a.offset);
-  const Eigen::Vector3d b = sum.first / volume;
-  a.energy = up.dot(centre_of_mass) - (a.offset + b.z());
-  a.gradient = Eigen::Vector2d(a.frame.u.dot(centre_of_mass), a.frame.v.dot(centre_of_mass)) - b.head<2>();
-  a.hessian = central_second_moments(sum) / volume - a.energy * Eigen::Matrix2d::Identity();
-  const Eigen::Vector2d f = sum.area > 0 ? Eigen::Vector2d(sum.area_first / sum.area) : Eigen::Vector2d(b.head<2>());
-  a.centre_of_flotation = a.frame.u * f.x() + a.frame.v * f.y() + a.frame.n * a.offset;
-  a.dry_points = hull.dry_points(a.offset);
-  return a;
-}
 
 // The tilts about the two principal axes of the energy's Hessian. Along a neutral axis (a sphere, a log about its length) the
 // moment left is that of the facets, and the body stays as it is; here it is marked by the moment alone.

@@ -16,6 +16,7 @@
 #include "physics/pockets.h"
 #include "physics/prepared_hull.h"
 #include "rayrep/base/error.h"
+#include "rayrep/physics/moments.h"
 
 namespace rayrep {
 namespace {
@@ -132,6 +133,15 @@ Hydrostatics hydrostatics(const PreparedHull& prepared, const Waterplane& plane)
     result.smallest_second_moment_mm4 = std::max(0., second[0]);
     result.largest_second_moment_mm4 = std::max(0., second[1]);
   }
+  return result;
+}
+
+Hydrostatics submerged_hydrostatics(const PreparedHull& hull) {
+  const Moments s = mesh_moments(hull.mesh());
+  Hydrostatics result;
+  if (!(s[M1] > 0)) return result;
+  result.displaced_volume_mm3 = s[M1];
+  result.centre_of_buoyancy_mm = s.segment<3>(MX) / s[M1];
   return result;
 }
 

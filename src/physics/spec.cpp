@@ -168,7 +168,7 @@ TextPlace fluid_place(double& fluid_g_cm3) {
           [&fluid_g_cm3] { return shown(fluid_g_cm3); }};
 }
 
-/// "0.7", "70%": of the height; "0.7volume", "70%volume": of the volume.
+/// "0.7", "70%": of the height; "0.7volume", "70%volume": of the volume; "1" and "100%": all of it.
 TextPlace submerged_place(FloatSpec& spec) {
   return {[&spec](const std::string& text) {
             std::string number = text;
@@ -181,8 +181,8 @@ TextPlace submerged_place(FloatSpec& spec) {
             if (!of_volume) take("height");
             const bool percent = take("%");
             const double fraction = parse_number("submerged", number) / (percent ? 100 : 1);
-            if (!(fraction > 0 && fraction < 1)) {
-              const bool meant = fraction >= 1 && fraction <= 100 && !percent;
+            if (!(fraction > 0 && fraction <= 1)) {
+              const bool meant = fraction > 1 && fraction <= 100 && !percent;
               usage_error("--submerged must lie between 0 and 1, or 0% and 100%; it is " + text + "." +
                           (meant ? " Did you mean " + number + "%?" : ""));
             }
@@ -541,8 +541,12 @@ Settings settings(Print& print, For purpose) {
 }
 
 Settings settings(FloatSpec& spec, For purpose) {
+  Setting up = up_row(spec.up);
+  up.details =
+      "A heel or a trim that is wanted is said here, by the tangents of both: with 0.087,0.176,1 it comes to rest with its +y side "
+      "raised by 10 degrees and its +x side by 5.";
   return asked_for(
-      {up_row(spec.up),
+      {std::move(up),
        {.name = "fluid",
         .value = "G_CM3",
         .words = "density of the fluid, or water, seawater, ethanol ...",
@@ -560,9 +564,10 @@ Settings settings(FloatSpec& spec, For purpose) {
         .also = "submerged"},
        {.name = "submerged",
         .value = "FRACTION",
-        .words = "or how much is under water: 70% of the height, 70%volume",
+        .words = "or how much is under water: 70% of the height, 70%volume; 1: all",
         .details = "0.7 or 70%: the waterline lies at that fraction of the height. 0.7volume or 70%volume: the body displaces that "
-                   "fraction of the volume that its outside encloses, sealed cavities included.",
+                   "fraction of the volume that its outside encloses, sealed cavities included. 1 or 100%: it hovers upright, "
+                   "wholly under water, weighs what it displaces, and its centre of mass is as deep as it can be (lures, divers).",
         .place = submerged_place(spec),
         .also = "waterline"},
        {.name = "reserve",
@@ -740,9 +745,11 @@ void check(const FloatSpec& spec, For purpose) {
   if (spec.waterline_mm.has_value() + spec.submerged_fraction.has_value() + spec.submerged_volume_fraction.has_value() > 1)
     usage_error("Give either --waterline or --submerged, not both.");
   for (const std::optional<double>& fraction : {spec.submerged_fraction, spec.submerged_volume_fraction})
-    if (fraction && !(*fraction > 0 && *fraction < 1))
+    if (fraction && !(*fraction > 0 && *fraction <= 1))
       usage_error("--submerged must lie between 0 and 1; it is " + shown(*fraction) + ".");
 }
+
+bool is_submerged(const FloatSpec& spec) { return spec.submerged_fraction == 1.0 || spec.submerged_volume_fraction == 1.0; }
 
 void check(const SpinSpec& spec, For purpose) {
   check_rows(spec, purpose);

@@ -612,6 +612,136 @@ TEST(VerifyFloat, LetGoBeyondItsRangeOfStabilityFailsSettledTilt) {
   EXPECT_EQ(failed(verify(boat.mesh(), &outer, boat.goal, limits)), Names());
 }
 
+TEST(VerifyFloat, TellsTheRightingArms) {
+  const Boat boat;
+  const FloatVerdict verdict = verify(boat.mesh(), nullptr, boat.goal);
+  ASSERT_TRUE(verdict.state.righting);
+  const RightingCurve& curve = *verdict.state.righting;
+  // Wall-sided at 10 degrees, to the weaker side.
+  const double draught = *boat.goal.waterline_mm;
+  const double tangent = std::tan(kPi / 18);
+  const double radius = (std::abs(curve.lowered.y()) > 0.5 ? 40. * 40 : 60. * 60) / (12 * draught);
+  const double height = draught / 2 + radius - (72000. * 15 - 30000. * 17) / 42000;
+  EXPECT_NEAR(curve.arm_mm[1], std::sin(kPi / 18) * (height + radius * tangent * tangent / 2), 1e-10);
+  EXPECT_EQ(curve.end, RightingCurve::End::turns_over);
+  EXPECT_EQ(std::get<std::vector<double>>(figure(verdict, "gz_mm").value), curve.arm_mm);
+  EXPECT_EQ(std::get<std::vector<double>>(figure(verdict, "gz_heel_rad").value), curve.heel_rad);
+  EXPECT_EQ(std::get<double>(figure(verdict, "gz_range_rad").value), curve.range_rad);
+  EXPECT_EQ(std::get<double>(figure(verdict, "gz_area_mm_rad").value), curve.area_mm_rad);
+  EXPECT_EQ(std::get<double>(figure(verdict, "gz_largest_mm").value), curve.arm_mm[curve.largest]);
+  EXPECT_EQ(std::get<double>(figure(verdict, "gz_largest_heel_rad").value), curve.heel_rad[curve.largest]);
+  EXPECT_EQ(std::get<std::string>(figure(verdict, "gz_range_ends").value), "turns over");
+  EXPECT_TRUE(test::mentions(verdict.meaning.front(), {"rights itself from any heel up to", "turns over", "lift it by"}));
+  // One that does not stay upright has none.
+  Boat topheavy;
+  topheavy.shift = {0, 0, -6};
+  const Mesh narrow = transformed(topheavy.mesh(), Eigen::Affine3d(Eigen::Scaling(1., 0.7, 1.)));
+  const FloatVerdict lies = verify(narrow, nullptr, topheavy.goal);
+  EXPECT_FALSE(lies.state.righting);
+  EXPECT_EQ(figure(lies, "gz_mm").value.index(), 0u);
+}
+
+// Of an open boat no direction is left out over which water comes in earlier.
+TEST(VerifyFloat, TheRangeEndsWhereWaterComesIn) {
+  std::vector<Eigen::Vector3i> cells;
+  for (int x = 0; x < 12; ++x)
+    for (int y = 0; y < 6; ++y)
+      for (int z = 0; z < 4; ++z)
+        if (z == 0 || x == 0 || x == 11 || y == 0 || y == 5) cells.emplace_back(x, y, z);
+  const Mesh dinghy = test::polycubes(cells, 10);
+  FloatSpec goal;
+  goal.print.wall_mm = 0;
+  const FloatVerdict verdict = verify(dinghy, nullptr, goal);
+  EXPECT_EQ(failed(verdict), Names());
+  const FloatingBody body{dinghy, verdict.state.body.mass_g / 1e-3, verdict.state.body.centre_of_mass_mm, goal.up};
+  ASSERT_GT(weakest_righting_curve(body).range_rad, *verdict.state.flooding_heel_rad + 1e-3) << "pick another boat";
+  EXPECT_NEAR(verdict.state.righting->range_rad, *verdict.state.flooding_heel_rad, 1e-5);
+  EXPECT_EQ(verdict.state.righting->end, RightingCurve::End::takes_water);
+  EXPECT_TRUE(test::mentions(verdict.meaning.front(), {"as long as no water comes in", "To heel it that far", "over its rim"}));
+}
+
+// The boat, so heavy that it weighs what it displaces under water: 72 g, its centre of mass 10/7 mm below its middle.
+struct Diver : Boat {
+  Diver() {
+    goal.print.density_g_cm3 = 72e3 / 42000;
+    goal.waterline_mm.reset();
+    goal.submerged_fraction = 1;
+  }
+};
+
+TEST(VerifyFloat, UnderWaterTheCentreOfMassHangsBelowTheCentreOfBuoyancy) {
+  Diver diver;
+  const Mesh outer = Boat::outer();
+  const FloatVerdict verdict = verify(diver.mesh(), &outer, diver.goal);
+  EXPECT_EQ(failed(verdict), Names());
+  EXPECT_NEAR(verdict.state.displaced_mass_g, 72, 1e-10);
+  EXPECT_NEAR(verdict.state.metacentric_height_mm, 10. / 7, 1e-10);
+  EXPECT_NEAR(verdict.state.settled_tilt_rad, 0, 1e-10);
+  EXPECT_EQ(std::get<double>(figure(verdict, "gz_largest_mm").value), verdict.state.metacentric_height_mm);
+  EXPECT_TRUE(test::mentions(verdict.meaning[0], {"hovers upright at any depth", "1.43 mm below"}));
+  EXPECT_TRUE(test::mentions(verdict.meaning[1], {"0.72 g", "sinks", "rises"}));
+  EXPECT_THROW(criterion(verdict, "reserve"), std::out_of_range);
+  EXPECT_TRUE(is_submerged(verdict.spec));
+  EXPECT_TRUE(verdict.notes.empty());
+  // The same by a waterline at the top or above, and by volume.
+  FloatSpec same = diver.goal;
+  same.submerged_fraction.reset();
+  for (const double waterline : {30., 45.}) {
+    same.waterline_mm = waterline;
+    expect_same_state(verify(diver.mesh(), &outer, same).state, verdict.state, 1e-12);
+  }
+  same.waterline_mm.reset();
+  same.submerged_volume_fraction = 1;
+  expect_same_state(verify(diver.mesh(), &outer, same).state, verdict.state, 1e-12);
+  // Below the top there is a waterline.
+  same.submerged_volume_fraction.reset();
+  same.waterline_mm = 29.9;
+  EXPECT_NEAR(verify(diver.mesh(), &outer, same).state.displaced_mass_g, 72 * 29.9 / 30, 1e-10);
+}
+
+TEST(VerifyFloat, UnderWaterItSinksRisesLeansOrHangsUpsideDown) {
+  Diver diver;
+  diver.goal.fluid_g_cm3 = 0.998;
+  const FloatVerdict sinks = verify(diver.mesh(), nullptr, diver.goal);
+  EXPECT_EQ(failed(sinks), Names({"mass_error", "settled_tilt"}));
+  EXPECT_TRUE(test::mentions(sinks.meaning[0], {"it sinks"}));
+  diver.goal.fluid_g_cm3 = 1.025;
+  const FloatVerdict rises = verify(diver.mesh(), nullptr, diver.goal);
+  EXPECT_EQ(failed(rises), Names({"mass_error"}));
+  EXPECT_TRUE(test::mentions(rises.meaning[0], {"it rises"}));
+  diver.goal.fluid_g_cm3 = 1;
+
+  diver.goal.up = -Eigen::Vector3d::UnitZ();
+  const FloatVerdict upside_down = verify(diver.mesh(), nullptr, diver.goal);
+  EXPECT_EQ(failed(upside_down), Names({"metacentric_height", "settled_tilt"}));
+  EXPECT_NEAR(upside_down.state.settled_tilt_rad, kPi, 1e-10);
+  EXPECT_EQ(upside_down.state.righting->range_rad, 0);
+
+  diver.goal.up = Eigen::Vector3d::UnitZ();
+  diver.shift = {0.7, 0, 0};  // 0.5 mm the other way
+  const FloatVerdict leans = verify(diver.mesh(), nullptr, diver.goal);
+  EXPECT_EQ(failed(leans), Names({"offset", "settled_tilt"}));
+  EXPECT_NEAR(leans.state.settled_tilt_rad, std::atan(0.5 / (10. / 7)), 1e-10);
+  EXPECT_TRUE(test::mentions(leans.meaning[0], {"19.29 degrees off upright"}));
+}
+
+// A cup displaces its material under water; with air in it, it floats.
+TEST(VerifyFloat, UnderWaterOpenHollowsAreFull) {
+  std::vector<Eigen::Vector3i> cells;
+  for (int x = 0; x < 6; ++x)
+    for (int y = 0; y < 4; ++y)
+      for (int z = 0; z < 4; ++z)
+        if (z < 2 || x == 0 || x == 5 || y == 0 || y == 3) cells.emplace_back(x, y, z);
+  FloatSpec goal;
+  goal.print = {.density_g_cm3 = 1, .wall_mm = 0};
+  goal.submerged_fraction = 1;
+  const FloatVerdict verdict = verify(test::polycubes(cells, 10), nullptr, goal);
+  EXPECT_NEAR(verdict.state.displaced_mass_g, 80, 1e-9);
+  EXPECT_EQ(failed(verdict), Names({"metacentric_height"})) << "of one material its two centres are the same point";
+  ASSERT_EQ(verdict.notes.size(), 1u);
+  EXPECT_TRUE(test::mentions(verdict.notes[0], {"full of water", "16.00 g more"}));
+}
+
 TEST(VerifyFloat, LimitsAreTheOnesGiven) {
   Boat boat;
   boat.shift = {0.05, 0, 0.1};

@@ -128,6 +128,57 @@ TEST(HollowFloat, IsTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(one.triangles, two.triangles);
 }
 
+TEST(HollowFloat, UnderWaterItHoversWithTheLowestCentreOfMass) {
+  const Mesh solid =
+      moved(rotated(uv_ellipsoid(30, 22, 16, 32), Eigen::AngleAxisd(0.2, Eigen::Vector3d(1, 2, 0).normalized()).toRotationMatrix()),
+            {10, -50, 30});
+  Job<FloatSpec> options = coarse();
+  options.spec.submerged_fraction = 1;
+  expect_floats(solid, options, "submerged");
+  const Outcome<FloatSpec> result = hollowed(solid, options);
+  EXPECT_TRUE(is_submerged(result.found));
+  EXPECT_FALSE(result.found.waterline_mm);
+  // All that is left out is as high as it can be.
+  const FloatVerdict verdict = verify(result.delivery.body(), &solid, result.found);
+  EXPECT_EQ(failed(verdict), Names());
+  EXPECT_GT(verdict.state.metacentric_height_mm, 1);
+  options.spec.submerged_fraction.reset();
+  options.spec.submerged_volume_fraction = 1;
+  EXPECT_EQ(hollowed(solid, options).delivery.body().vertices, result.delivery.body().vertices);
+  // In a fluid in which it weighs what it displaces when it is lighter.
+  options.spec.fluid_g_cm3 = 0.913;
+  expect_floats(solid, options, "in_oil");
+}
+
+TEST(HollowFloat, SaysWhyItCannotHover) {
+  Job<FloatSpec> options = coarse();
+  options.spec.submerged_fraction = 1;
+  const auto why = [&](const Mesh& solid) { return message_of([&] { hollowed(solid, options); }, ErrorCode::goal); };
+  const Mesh egg = uv_ellipsoid(30, 22, 16, 32);
+  options.spec.print.density_g_cm3 = 0.95;
+  EXPECT_TRUE(mentions(why(egg), {"It rises", "completely solid", "heavier than"}));
+  options.spec.print.density_g_cm3 = 8.5;
+  EXPECT_TRUE(mentions(why(egg), {"It sinks", "shell alone", "lighter than"}));
+  // A plate too thin for a cavity on a block: what is left out lies below the centre of buoyancy.
+  std::vector<Eigen::Vector3i> cells;
+  for (int x = 0; x < 30; ++x)
+    for (int y = 0; y < 30; ++y) {
+      cells.emplace_back(x, y, 10);
+      if (x >= 10 && x < 20 && y >= 10 && y < 20)
+        for (int z = 0; z < 10; ++z) cells.emplace_back(x, y, z);
+    }
+  options.spec.print.density_g_cm3 = 1.4;
+  EXPECT_TRUE(mentions(why(polycubes(cells, 2)), {"cannot hang upright", "above the centre of buoyancy"}));
+  // Beside it no mass is a balance.
+  std::vector<Eigen::Vector3i> beside = cells;
+  for (Eigen::Vector3i& cell : beside)
+    if (cell.z() < 10) cell.x() -= 10;
+  EXPECT_TRUE(mentions(why(polycubes(beside, 2)), {"cannot be balanced", "wholly under water"}));
+  options.spec.submerged_fraction.reset();
+  options.spec.waterline_mm = 500;
+  EXPECT_TRUE(mentions(message_of([&] { hollowed(egg, options); }, ErrorCode::usage), {"--submerged 1"}));
+}
+
 TEST(HollowFloat, SaysThatTheShellIsTooHeavy) {
   Job<FloatSpec> options = coarse();
   options.spec.waterline_mm = 8;

@@ -95,6 +95,23 @@ TEST(Spec, TheLibraryChecksForCallersWhoAreNotTheCommand) {
   EXPECT_NE(refused(TargetSpec{}).find("Say which numbers are wanted"), std::string::npos);
 }
 
+TEST(Spec, AllOfItMaySubmerge) {
+  for (const char* text : {"1", "100%", "1volume", "100%volume", "1height"}) {
+    FloatSpec spec;
+    for (Setting& row : settings(spec, For::making))
+      if (row.name == "submerged") parse(row, text);
+    EXPECT_TRUE(is_submerged(spec)) << text;
+    EXPECT_EQ(refused(spec), "") << text;
+  }
+  FloatSpec spec;
+  EXPECT_FALSE(is_submerged(spec));
+  for (const double fraction : {0.999, 1.001}) {
+    spec.submerged_fraction = fraction;
+    EXPECT_FALSE(is_submerged(spec));
+    EXPECT_EQ(refused(spec).empty(), fraction < 1);
+  }
+}
+
 TEST(Fluids, AreKnownByName) {
   FloatSpec spec;
   for (Setting& row : settings(spec, For::making))

@@ -787,6 +787,21 @@ TEST_F(Tool, SubmergedIsOfTheHeightOrOfTheVolume) {
   EXPECT_NEAR(h * h * (3 - h) / 4, 0.7, 5e-3);
 }
 
+TEST_F(Tool, HoversUnderWater) {
+  const Run made = run("float egg.stl --resolution 40 --submerged 1 --verbose --report r.json");
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_NE(made.out.find("It hovers upright at any depth"), std::string::npos) << made.out;
+  EXPECT_NE(made.out.find("wholly under water"), std::string::npos) << made.out;
+  EXPECT_NE(made.out.find("--submerged 1 "), std::string::npos) << made.out;
+  const auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_EQ(report["goal"]["submerged"], true);
+  EXPECT_TRUE(report["goal"]["waterline_mm"].is_null());
+  EXPECT_EQ(report["after"]["gz_mm"].size(), report["after"]["gz_heel_rad"].size());
+  EXPECT_EQ(run("verify egg_float.stl --original egg.stl --submerged 100%").code, 0);
+  EXPECT_EQ(run("verify egg_float.stl --original egg.stl --waterline 100").code, 0);
+  EXPECT_EQ(run("verify egg_float.stl --original egg.stl --submerged 1 --fluid 1.01").code, 4);
+}
+
 TEST_F(Tool, SaysHowToPrint) {
   const Run stl = run("float egg.stl --resolution 40 --submerged 0.5");
   EXPECT_NE(stl.out.find("To print: at 100 % infill, with supports on the build plate only"), std::string::npos) << stl.out;

@@ -13,6 +13,7 @@
 #include "rayrep/physics/hydrostatics.h"
 #include "rayrep/physics/inertial.h"
 #include "rayrep/physics/moments.h"
+#include "rayrep/physics/righting_arm.h"
 #include "rayrep/physics/spec.h"
 #include "rayrep/physics/spin.h"
 #include "rayrep/physics/support_polygon.h"
@@ -39,7 +40,7 @@ struct HeavierFloat {
   bool rests_within(double tilt_rad) const { return settles == FloatingRest::Outcome::rests && settled_tilt_rad <= tilt_rad; }
 };
 
-/// A body as it floats with its waterline at a given height.
+/// A body as it floats with its waterline at a given height, or under water.
 struct FloatState {
   MassProperties body;
   Hydrostatics water;
@@ -54,6 +55,9 @@ struct FloatState {
   double buoyancy_reserve = 0;
   /// The smallest heel at which water comes over the rim of a dry pocket (flooding_heel); none without one below the waterline.
   std::optional<double> flooding_heel_rad;
+  /// In a verdict, of a body that comes to rest upright (a submerged one: always): weakest_righting_curve, or the curve
+  /// of the side over which water comes in first.
+  std::optional<RightingCurve> righting;
   /// In a verdict, where the body comes to rest upright: with 1 and 3 % more plastic (Limits::too_heavy).
   std::vector<HeavierFloat> heavier;
 };
@@ -128,9 +132,13 @@ struct FloatVerdict : Verdict {
 ///   mass_error          relative to the displaced mass
 ///   offset              over the diagonal
 ///   metacentric_height  mm, at least 1e-5 of the diagonal
-///   settled_tilt        rad; NaN, which fails, unless all releases come to rest
-///   reserve             only where settled_tilt is met: the same with 1 % more plastic, within the same limit; a note tells when
-///                       3 % are too much
+///   settled_tilt        rad; NaN, which fails, unless all releases come to rest; of a submerged body the tilt at which its centre
+///                       of mass hangs below its centre of buoyancy, NaN where it sinks
+///   reserve             only where settled_tilt is met, and not of a submerged body: the same with 1 % more plastic, within the
+///                       same limit; a note tells when 3 % are too much
+///
+/// A body is submerged that its spec says is (is_submerged), or whose waterline lies at its top or above: the displaced mass is
+/// then that of its whole hull, and the metacentric height the depth of its centre of mass below its centre of buoyancy.
 ///
 /// With an original, its triangles are the outer surface (existing cavities included) and all others form cavity shells and islands
 /// by their orientation and the winding number around them; without one, nesting decides for all. Mass and displacement are those

@@ -36,6 +36,10 @@ struct WaterlineState {
 
 WaterlineState at_waterline(const FloatProblem& problem, double waterline_mm);
 
+/// What it can do wholly under the fluid, any pockets of it full: displaced is its whole hull, there is no waterplane, and the
+/// metacentric height is the depth of the centre of mass below the centre of buoyancy. The waterline is at its top. theory.md (58).
+WaterlineState submerged(const FloatProblem& problem);
+
 /// Whether the body with the lowest centre of mass floats upright there: the metacentric height is at least 2e-5 of the diagonal
 /// (a judge asks for half of that), and let go tilted by 10 degrees in four directions it comes back upright, dry; so it does, to
 /// within 0.9 degrees, with 1 % more of the plastic everywhere.
@@ -56,6 +60,10 @@ double smallest_offset_mm(const RayRep& inner, const Moments& shell, std::option
 
 /// Why a waterline is not one at which it comes back, for people, with the numbers.
 std::string why_unattainable(const FloatProblem& problem, const WaterlineState& state);
+
+/// Why it cannot hang upright under water; empty: it can, with the centre of mass at least 2e-5 of the diagonal below the centre of
+/// buoyancy.
+std::string why_not_submerged(const FloatProblem& problem, const WaterlineState& state);
 
 /// Why there is no waterline at all.
 std::string why_no_waterline(const FloatProblem& problem, double reserve, const Progress& progress = {});

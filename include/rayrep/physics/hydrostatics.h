@@ -54,6 +54,9 @@ private:
 /// theory.md (9d).
 Hydrostatics hydrostatics(const PreparedHull& hull, const Waterplane& plane);
 
+/// Of a hull that lies wholly under the fluid, its pockets full: what it encloses and the centroid of that; no waterplane.
+Hydrostatics submerged_hydrostatics(const PreparedHull& hull);
+
 /// The surface that the fluid touches: `mesh` without the components that bound sealed cavities (closed components that lie inside
 /// others and whose signed volume is negative) and without what floats inside these. Vertices with equal coordinates count as one,
 /// and the winding number of the other components decides what is inside.

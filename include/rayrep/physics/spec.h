@@ -51,11 +51,14 @@ struct FloatSpec {
   /// Of the fluid's surface above the lowest point along `up`. With neither this nor the next two: a maker searches it, see
   /// best_waterline; a judge takes the one at which the body displaces its own mass.
   std::optional<double> waterline_mm;
-  std::optional<double> submerged_fraction;         ///< of the height: this much of it under the fluid; 0 to 1
+  std::optional<double> submerged_fraction;         ///< of the height: this much of it under the fluid; 0 to 1, see is_submerged
   std::optional<double> submerged_volume_fraction;  ///< or of the volume of the hull (see outer_hull)
   double reserve = 0.05;            ///< part of the displaceable volume that a searched waterline leaves dry at least
   bool waterline_searched = false;  ///< said by a maker: waterline_mm was found by search
 };
+
+/// Whether a body shall be wholly under the fluid, a fraction of 1: it neither sinks nor rises, and has no waterline.
+bool is_submerged(const FloatSpec& spec);
 
 /// Spins stably about an axis as a top, or as a yo-yo.
 struct SpinSpec {
