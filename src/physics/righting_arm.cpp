@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -26,7 +27,8 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kNear = 1e-3;           // rad: what turns over within the first or last step is told by the arm so near its end
 constexpr double kUpsideDownArm = 1e-5;  // over the hull's diagonal: less is that of facets, as in floating_rest
-constexpr double kPockets = 1e-3;        // over the displaced volume: less is folds of a figure, not a vessel
+constexpr double kAsGood = 0.999;  // of the smallest range: a direction with so much is not followed, as the other side of a boat
+constexpr double kPockets = 1e-3;  // over the displaced volume: less is folds of a figure, not a vessel
 
 // How far a body rights itself.
 struct Stability {
@@ -38,12 +40,11 @@ struct Stability {
 // A body on its way over, from heel to heel.
 class Heeling {
 public:
-  Heeling(const FloatingBody& body, const Eigen::Vector3d& lowered, const RightingOptions& options)
+  Heeling(const FloatingBody& body, const RightingOptions& options)
       : up_(body.up.normalized()),
         hull_(body.hull.state().clipped_along(up_)),
         volume_(body.volume_mm3),
         centre_of_mass_(body.centre_of_mass_mm - hull_.centre()),
-        raised_((up_.dot(lowered) * up_ - lowered).normalized()),
         tolerance_(options.tolerance_rad) {
     if (hull_.most_in_pockets() < kPockets * volume_) hull_.leave_pockets_wet();
     now_ = at(0);
@@ -53,6 +54,19 @@ public:
     upright_energy_ = now_->attitude.energy;
     vessel_ = now_->attitude.dry_points;
   }
+
+  // The horizontal direction that it leans to most easily: across the axis of the smallest metacentric height.
+  Eigen::Vector3d weakest_side() const {
+    const Eigen::Vector2d weakest = symmetric_eigen(now_->attitude.hessian).vectors.col(0);
+    return now_->attitude.frame.u * weakest.x() + now_->attitude.frame.v * weakest.y();
+  }
+
+  // Before the first heel: which side goes down.
+  void lower(const Eigen::Vector3d& side) {
+    raised_ = (up_.dot(side) * up_ - side).normalized();
+    now_->arm = arm_of(now_->attitude, raised_);
+  }
+  Eigen::Vector3d lowered() const { return -raised_; }
 
   // Of the present heel; NaN once it has sunk.
   double arm() const { return now_ ? now_->arm : kNaN; }
@@ -86,8 +100,12 @@ private:
     const double guess = now_ ? up.dot(now_->attitude.centre_of_flotation) : kNaN;
     std::optional<Attitude> a = attitude(hull_, volume_, centre_of_mass_, up, guess);
     if (!a) return std::nullopt;
-    const double arm = onwards.dot(a->frame.u * a->gradient.x() + a->frame.v * a->gradient.y());
+    const double arm = arm_of(*a, onwards);
     return Heeled{heel, std::move(*a), arm};
+  }
+
+  static double arm_of(const Attitude& a, const Eigen::Vector3d& onwards) {
+    return onwards.dot(a.frame.u * a.gradient.x() + a.frame.v * a.gradient.y());
   }
 
   // Whether water has come into any pocket since the present heel. Asks the hull: at the heel that was looked at last.
@@ -173,7 +191,7 @@ private:
   ClippedHull hull_;
   double volume_;
   Eigen::Vector3d centre_of_mass_;  // from the hull's centre
-  Eigen::Vector3d raised_;
+  Eigen::Vector3d raised_ = Eigen::Vector3d::Zero();
   double tolerance_;
   double upright_energy_ = 0;  // with all that floodings have changed it by
   std::vector<int> vessel_;    // points of pockets that are dry upright
@@ -183,22 +201,13 @@ private:
 
 double heel_at(int step, const RightingOptions& options) { return kPi * step / options.steps; }
 
-// The horizontal direction, from the side that goes down, in which a body stands least firmly: the axis of the smallest metacentric
-// height lies across it.
-Eigen::Vector3d weakest_side(const FloatingBody& body) {
-  ClippedHull hull = body.hull.state().clipped();
-  const std::optional<Attitude> a =
-      attitude(hull, body.volume_mm3, body.centre_of_mass_mm - hull.centre(), body.up.normalized(), kNaN);
-  if (!a) return body.up.normalized().unitOrthogonal();
-  const Eigen::Vector2d weakest = symmetric_eigen(a->hessian).vectors.col(0);
-  return a->frame.u * weakest.x() + a->frame.v * weakest.y();
-}
-
-// Whether the arm is positive, and no water comes in, at a third, two thirds and all of `range`.
-bool rights_itself(const FloatingBody& body, const Eigen::Vector3d& lowered, double range, const RightingOptions& options) {
-  Heeling heeling(body, lowered, options);
-  for (int third = 1; third <= 3 && !heeling.falls_short(); ++third) heeling.turn_to(third < 3 ? range * third / 3 : range);
-  return !heeling.falls_short();
+// Up to which heel it rights itself; none: to the last of these, as far as the arms there tell.
+std::optional<double> range_within(Heeling heeling, std::initializer_list<double> heels) {
+  for (const double heel : heels) {
+    heeling.turn_to(heel);
+    if (heeling.falls_short()) return heeling.range()->heel;
+  }
+  return std::nullopt;
 }
 
 void find_largest(RightingCurve& curve) {
@@ -206,13 +215,9 @@ void find_largest(RightingCurve& curve) {
     if (curve.arm_mm[k] > curve.arm_mm[curve.largest]) curve.largest = k;
 }
 
-}  // namespace
-
-RightingCurve righting_curve(const FloatingBody& body, const Eigen::Vector3d& lowered, const RightingOptions& options) {
-  Heeling heeling(body, lowered, options);
+RightingCurve follow(Heeling heeling, const RightingOptions& options) {
   RightingCurve curve;
-  const Eigen::Vector3d up = body.up.normalized();
-  curve.lowered = (lowered - up.dot(lowered) * up).normalized();
+  curve.lowered = heeling.lowered();
   for (int step = 0; step <= options.steps; ++step) {
     if (step > 0) heeling.turn_to(heel_at(step, options));
     curve.heel_rad.push_back(heel_at(step, options));
@@ -225,25 +230,39 @@ RightingCurve righting_curve(const FloatingBody& body, const Eigen::Vector3d& lo
   return curve;
 }
 
+}  // namespace
+
+RightingCurve righting_curve(const FloatingBody& body, const Eigen::Vector3d& lowered, const RightingOptions& options) {
+  Heeling heeling(body, options);
+  heeling.lower(lowered);
+  return follow(std::move(heeling), options);
+}
+
 RightingCurve weakest_righting_curve(const FloatingBody& body, const RightingOptions& options) {
+  RightingOptions rough = options;
+  rough.tolerance_rad = kNear;
+  const Heeling upright(body, rough);
   const Eigen::Vector3d up = body.up.normalized();
-  const Eigen::Vector3d first = weakest_side(body);
-  // Opposite sides one after another.
+  const Eigen::Vector3d first = upright.weakest_side();
   const auto side = [&](std::size_t n) -> Eigen::Vector3d {
-    const double azimuth = kPi * (static_cast<double>(n / 2) * 2 / options.directions + static_cast<double>(n % 2));
+    const double azimuth = 2 * kPi * static_cast<double>(n) / options.directions;
     return std::cos(azimuth) * first + std::sin(azimuth) * up.cross(first);
   };
-  RightingCurve curves[2];
-  tbb::parallel_for(std::size_t{0}, std::size_t{2}, [&](std::size_t n) { curves[n] = righting_curve(body, side(n), options); });
-  RightingCurve weakest = std::move(curves[curves[1].range_rad < curves[0].range_rad ? 1 : 0]);
-  std::vector<std::optional<RightingCurve>> others(static_cast<std::size_t>(std::max(options.directions - 2, 0)));
-
-  tbb::parallel_for(std::size_t{0}, others.size(), [&, range = weakest.range_rad](std::size_t n) {
-    if (!rights_itself(body, side(n + 2), range, options)) others[n] = righting_curve(body, side(n + 2), options);
+  const auto towards = [&](std::size_t n) {
+    Heeling heeling = upright;
+    heeling.lower(side(n));
+    return heeling;
+  };
+  std::vector<std::optional<double>> ranges(static_cast<std::size_t>(std::max(options.directions, 1)));
+  ranges[0] = range_within(towards(0), {kPi / 4, kPi / 2, kPi * 3 / 4, kPi});
+  const double range = kAsGood * ranges[0].value_or(kPi);
+  tbb::parallel_for(std::size_t{1}, ranges.size(), [&](std::size_t n) {
+    ranges[n] = range_within(towards(n), {range / 2, range});
   });
-  for (std::optional<RightingCurve>& other : others)
-    if (other && other->range_rad < weakest.range_rad) weakest = std::move(*other);
-  return weakest;
+  std::size_t weakest = 0;
+  for (std::size_t n = 1; n < ranges.size(); ++n)
+    if (ranges[n] && *ranges[n] < ranges[weakest].value_or(kPi)) weakest = n;
+  return righting_curve(body, side(weakest), options);
 }
 
 RightingCurve submerged_righting_curve(double depth_mm, const RightingOptions& options) {

@@ -45,7 +45,7 @@ struct RightingCurve {
 
 struct RightingOptions {
   int steps = 18;      ///< between 0 and pi; where the arm is negative only between two of them is not seen
-  int directions = 8;  ///< ways to heel: pairs of opposite ones, evenly spread
+  int directions = 8;  ///< ways to heel that are looked at, evenly spread
   double tolerance_rad = 1e-6;
 };
 
@@ -55,8 +55,8 @@ struct RightingOptions {
 RightingCurve righting_curve(const FloatingBody& body, const Eigen::Vector3d& lowered, const RightingOptions& options = {});
 
 /// That of the direction with the smallest range: whichever way it is heeled by less the arm is positive, so that the tilt of a
-/// body let go there falls. Followed are the two ways about the axis of the smallest metacentric height, and of the others those in
-/// which the arm is not positive at a third, two thirds or all of their smaller range. Among equals the first. In parallel.
+/// body let go there falls. Directions are compared by few heels: quarters of half a turn over the side that the smallest
+/// metacentric height is across, and of the others, in parallel, half of its range and 0.999 of it. Among equals the first.
 /// @throws Error{goal} if the body sinks at no heel
 RightingCurve weakest_righting_curve(const FloatingBody& body, const RightingOptions& options = {});
 
