@@ -288,6 +288,24 @@ TEST(RightingArm, StaysWetOnceItIsFlooded) {
   }
 }
 
+// A well above the water is no vessel. Water that falls into it when its rim goes under ends nothing, and is no work of the arms.
+TEST(RightingArm, AreaLeavesOutWhatAFloodingCosts) {
+  const PreparedHull tall = block({6, 4, 6}, {4, 2, 3});
+  const double volume = 60;  // 2.5 deep
+  RightingOptions fine;
+  fine.steps = 1800;
+  const RightingCurve curve = righting_curve({tall, volume, {0, 0, 1.2}, kUp}, kY, fine);
+  ASSERT_EQ(curve.end, End::none);
+  double integral = 0;
+  double largest_step = 0;
+  for (std::size_t k = 1; k < curve.heel_rad.size(); ++k) {
+    integral += (curve.arm_mm[k - 1] + curve.arm_mm[k]) / 2 * (curve.heel_rad[k] - curve.heel_rad[k - 1]);
+    largest_step = std::max(largest_step, std::abs(curve.arm_mm[k] - curve.arm_mm[k - 1]));
+  }
+  EXPECT_GT(largest_step, 0.05) << "nothing was flooded";
+  EXPECT_NEAR(curve.area_mm_rad, integral, 1e-3);
+}
+
 TEST(RightingArm, FoldsAreNoVessels) {
   const FloatingBody smooth{test::box({-8, -8, 0}, {8, 8, 8}), 16 * 16 * 7.5, {0, 0, 2}, kUp};
   const RightingCurve expected = righting_curve(smooth, kY);
