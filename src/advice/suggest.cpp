@@ -12,8 +12,8 @@
 #include "make/spin_search.h"
 #include "rayrep/base/error.h"
 #include "rayrep/judge/verify.h"
+#include "rayrep/physics/ground_rest.h"
 #include "rayrep/physics/materials.h"
-#include "rayrep/physics/resting.h"
 
 namespace rayrep {
 namespace {
@@ -50,8 +50,12 @@ std::string vector_text(const Eigen::Vector3d& v, int digits) {
   return number(v.x(), digits) + "," + number(v.y(), digits) + "," + number(v.z(), digits);
 }
 
+double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+
 /// Sets one setting of a spec from its text. What says the same in another way no longer does.
 void set(Spec& spec, const std::string& name, const std::string& text) {
+  if (PoseSpec* poses = std::get_if<PoseSpec>(&spec); poses && name == "stand")
+    std::erase_if(poses->poses, [](const Pose& pose) { return pose.kind == Pose::Kind::stands; });
   const auto apply = [&](auto& goal) {
     Settings rows = settings(goal, Setting::For::making);
     for (Setting& row : settings(goal.print, Setting::For::making)) rows.push_back(std::move(row));
@@ -209,7 +213,9 @@ private:
   void add_ways();
   void add_waterlines();
   void add_axes(const SpinSpec& spec);
-  void add_contacts(const StandSpec& spec);
+  void add_targets(const StandSpec& spec);
+  void add_faces(const PoseSpec& spec);
+  void add_contacts(const std::optional<double>& tolerance_mm);
   void add_walls();
   void add_infill();
   void add_cores();
@@ -246,9 +252,10 @@ void Adviser::add_ways() {
   if (std::holds_alternative<FloatSpec>(asked_)) add_waterlines();
   if (const auto* spec = std::get_if<SpinSpec>(&asked_)) add_axes(*spec);
   if (const auto* spec = std::get_if<StandSpec>(&asked_)) {
-    add_contacts(*spec);
+    add_targets(*spec);
     add_flattening(*spec);
   }
+  if (const auto* spec = std::get_if<PoseSpec>(&asked_)) add_faces(*spec);
   add_tilts();
   add_walls();
   add_infill();
@@ -323,12 +330,39 @@ std::optional<Change> Adviser::axis(const Change& before, bool tilt) {
   }
 }
 
-void Adviser::add_contacts(const StandSpec& spec) {
+void Adviser::add_targets(const StandSpec& spec) {
   if (spec.target_mm || spec.objective != StandSpec::Objective::tip_angle)
     ways_.push_back({ChangeKind::point, "other targets", {{"the target where it is safest", {{"objective", "tip-angle"}}}}, {}});
+  add_contacts(spec.contact_tolerance_mm);
+}
+
+/// The faces of its hull that it rolls to where it is let go as it shall stand.
+void Adviser::add_faces(const PoseSpec& spec) {
+  const Moments s = mesh_moments(mesh_);
+  std::string text;
+  double farthest = 0;
+  for (const Pose& pose : spec.poses) {
+    if (pose.kind != Pose::Kind::stands) continue;
+    const Eigen::Vector3d up = pose.up_or(spec.up).normalized();
+    const Eigen::Vector3d face = ground_rest(mesh_, s.segment<3>(MX) / s[M1], up).up;
+    farthest = std::max(farthest, angle_between(face, up));
+    text += (text.empty() ? "" : ";");
+    for (int k = 0; k < 3; ++k) text += (k > 0 ? "," : "") + shown(std::abs(face[k]) < 1e-9 ? 0.0 : face[k], 8);
+  }
+  if (text.empty()) return;
+  if (farthest > 1e-5)
+    ways_.push_back(
+        {ChangeKind::tilt,
+         "the faces it rolls to",
+         {{"standing on the faces it rolls to, " + number(farthest / kDegree, 1) + " degrees off at most", {{"stand", text}}}},
+         {}});
+  add_contacts(spec.contact_tolerance_mm);
+}
+
+void Adviser::add_contacts(const std::optional<double>& tolerance_mm) {
   Way way{ChangeKind::contact, "bases of up to " + number(search_.limits.contact_mm, 1) + " mm of give", {}, {}};
-  const double height_mm = bounding_box(transformed(mesh_, working_frame(mesh_, spec.up))).sizes().z();
-  const double asked_mm = spec.contact_tolerance_mm.value_or(contact_tolerance_mm(height_mm));
+  const double height_mm = bounding_box(transformed(mesh_, working_frame(mesh_, up_of(asked_)))).sizes().z();
+  const double asked_mm = tolerance_mm.value_or(contact_tolerance_mm(height_mm));
   for (const char* text : {"0.1", "0.2", "0.3", "0.5", "0.7", "1"})
     if (const double mm = parse_number("contact", text); mm > asked_mm && mm <= search_.limits.contact_mm && mm < 0.02 * height_mm)
       way.ladder.push_back({std::string("a base that gives way by ") + text + " mm", {{"contact", text}}});
@@ -381,30 +415,8 @@ std::vector<Eigen::Vector3d> ring(const Eigen::Vector3d& up, double angle_rad) {
   return directions;
 }
 
-double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
-
 Change tilted(const Eigen::Vector3d& up, double angle_rad) {
   return {"tilted by " + number(angle_rad / kDegree, 1) + " degrees", {{"up", vector_text(up, 5)}}};
-}
-
-/// Vertices that are lowest in one of many attitudes.
-std::vector<Eigen::Vector3d> extreme_points(const Mesh& mesh) {
-  constexpr int kDirections = 600;
-  std::vector<char> extreme(mesh.vertices.size(), 0);
-  for (int n = 0; n < kDirections; ++n) {
-    const double z = 1 - (2 * n + 1.0) / kDirections;
-    const double azimuth = n * std::numbers::pi * (3 - std::sqrt(5.0));
-    const double r = std::sqrt(1 - z * z);
-    const Eigen::Vector3d direction(r * std::cos(azimuth), r * std::sin(azimuth), z);
-    std::size_t best = 0;
-    for (std::size_t v = 1; v < mesh.vertices.size(); ++v)
-      if (direction.dot(mesh.vertices[v] - mesh.vertices[best]) < 0) best = v;
-    extreme[best] = 1;
-  }
-  std::vector<Eigen::Vector3d> points;
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
-    if (extreme[v]) points.push_back(mesh.vertices[v]);
-  return points;
 }
 
 /// The attitudes in which a body comes to rest when it is put down in many, by their angle from `up`. It does so with the centre of
@@ -412,7 +424,6 @@ std::vector<Eigen::Vector3d> extreme_points(const Mesh& mesh) {
 std::vector<Eigen::Vector3d> Adviser::rests(const Eigen::Vector3d& up) const {
   const Moments s = mesh_moments(mesh_);
   const Eigen::Vector3d centre = s.segment<3>(MX) / s[M1];
-  const std::vector<Eigen::Vector3d> extremes = extreme_points(mesh_);
   std::vector<Eigen::Vector3d> starts{up};
   for (const double degrees : {10, 20, 30, 60, 90, 120, 150, 180})
     for (const Eigen::Vector3d& direction : ring(up, degrees * kDegree)) starts.push_back(direction);
@@ -421,19 +432,17 @@ std::vector<Eigen::Vector3d> Adviser::rests(const Eigen::Vector3d& up) const {
     for (const double lower : {0.0, 0.1}) {
       quiet_.check();
       const Eigen::Vector3d at = centre - lower * size_mm_ * start;
-      const auto near = rest_attitude(extremes, at, start);
-      if (!near) continue;
-      const auto rest = rest_attitude(mesh_.vertices, at, *near);
+      const GroundRest rest = ground_rest(mesh_, at, start);
       constexpr double same = 0.02;
-      if (rest && std::none_of(found.begin(), found.end(), [&](const auto& other) { return angle_between(other, *rest) < same; }))
-        found.push_back(*rest);
+      const auto is_known = [&](const Eigen::Vector3d& other) { return angle_between(other, rest.up) < same; };
+      if (rest.rests && std::none_of(found.begin(), found.end(), is_known)) found.push_back(rest.up);
     }
   std::stable_sort(found.begin(), found.end(), [&up](const auto& a, const auto& b) { return a.dot(up) > b.dot(up); });
   return found;
 }
 
 void Adviser::add_tilts() {
-  if (std::holds_alternative<TargetSpec>(asked_) || std::holds_alternative<SpinSpec>(asked_)) return;
+  if (!std::holds_alternative<FloatSpec>(asked_) && !std::holds_alternative<StandSpec>(asked_)) return;
   ways_.push_back(
       {ChangeKind::tilt, "tilts of up to " + number(search_.limits.tilt_deg, 0) + " degrees", {}, [this](const Change& before) {
          return std::holds_alternative<StandSpec>(asked_) ? tilt_to_stand(before) : tilt_to_float(before);
@@ -478,7 +487,7 @@ std::optional<Change> Adviser::tilt_to_float(const Change& before) {
 }
 
 void Adviser::add_attitudes() {
-  if (std::holds_alternative<TargetSpec>(asked_)) return;
+  if (std::holds_alternative<TargetSpec>(asked_) || std::holds_alternative<PoseSpec>(asked_)) return;
   ways_.push_back({ChangeKind::up, "the other sides up", {}, [this](const Change& before) { return attitude(before); }});
 }
 
@@ -525,7 +534,8 @@ std::optional<Change> Adviser::flattening(const Change& before, const std::strin
 
 void Adviser::add_balls() {
   const Print& print = print_of(asked_);
-  if (print.infill.wanted() || print.core.wanted() || print.balls.wanted() || std::holds_alternative<TargetSpec>(asked_)) return;
+  if (print.infill.wanted() || print.core.wanted() || print.balls.wanted()) return;
+  if (std::holds_alternative<TargetSpec>(asked_) || std::holds_alternative<PoseSpec>(asked_)) return;
   ways_.push_back(
       {ChangeKind::balls, "4, 8 and 16 balls of steel", {}, [this](const Change& before) { return steel_balls(before); }});
 }
@@ -548,6 +558,9 @@ bool says_places(const Spec& asked) {
   if (const auto* spec = std::get_if<FloatSpec>(&asked)) return spec->waterline_mm.has_value();
   if (const auto* spec = std::get_if<SpinSpec>(&asked)) return spec->centre_mm || spec->axis.through == SpinAxis::Through::point;
   if (const auto* spec = std::get_if<StandSpec>(&asked)) return spec->target_mm.has_value();
+  if (const auto* spec = std::get_if<PoseSpec>(&asked))
+    return std::any_of(spec->poses.begin(), spec->poses.end(),
+                       [](const Pose& pose) { return pose.kind == Pose::Kind::hangs || pose.waterline_mm; });
   return true;
 }
 

@@ -449,12 +449,12 @@ FloatVerdict verify_detail::judge_print(const PrintInHull& print, const FloatSpe
   return verdict;
 }
 
-namespace {
-
-PrintInHull in_hull(const Mesh& merged, const Moments& printed, const Progress& progress) {
+PrintInHull verify_detail::in_hull(const Mesh& merged, const Moments& printed, const Progress& progress) {
   // Cavities go first, as in state_of.
   return {outer_hull(boundary_of_union(outer_hull(merged), progress)), printed, bounding_box(merged).diagonal().norm()};
 }
+
+namespace {
 
 Verdict judge_any(const PrintInHull& print, const Spec& spec, const Limits& limits, const Progress& progress) {
   return std::visit([&](const auto& s) -> Verdict { return judge_print(print, s, limits, progress); }, spec);

@@ -90,9 +90,13 @@ struct PrintInHull {
   double diagonal_mm;
 };
 
+/// @param merged  closed, vertices merged
+PrintInHull in_hull(const Mesh& merged, const Moments& printed, const Progress& progress);
+
 FloatVerdict judge_print(const PrintInHull& print, const FloatSpec& spec, const Limits& limits, const Progress& progress);
 SpinVerdict judge_print(const PrintInHull& print, const SpinSpec& spec, const Limits& limits, const Progress& progress);
 StandVerdict judge_print(const PrintInHull& print, const StandSpec& spec, const Limits& limits, const Progress& progress);
 TargetVerdict judge_print(const PrintInHull& print, const TargetSpec& spec, const Limits& limits, const Progress& progress);
+PoseVerdict judge_print(const PrintInHull& print, const PoseSpec& spec, const Limits& limits, const Progress& progress);
 
 }  // namespace rayrep::verify_detail

@@ -109,6 +109,9 @@ void conclude(StandVerdict& verdict, double diagonal_mm, const Limits& limits) {
   if (spec.target_mm)
     criteria.push_back(at_most("offset", "horizontal distance of the centre of mass from the target, over the diagonal",
                                state.target_offset_mm / diagonal_mm, limits.offset_over_diagonal));
+  if (spec.most_mass_g)
+    criteria.push_back(
+        at_most("most_mass", "mass over the largest that is allowed", state.body.mass_g / *spec.most_mass_g, 1 + limits.relative));
   if (corners < 3)
     verdict.notes.push_back(std::string("The body touches the ground only in ") + (corners == 1 ? "a point" : "an edge") +
                             ": it cannot stand there, wherever its centre of mass lies.");

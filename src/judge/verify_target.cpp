@@ -15,6 +15,12 @@ TargetState state_of(const MassProperties& mass, double diagonal_mm, const Targe
   TargetState state;
   state.body = mass;
   state.deviations = inertial_deviations(spec.wanted, state.body, diagonal_mm);
+  state.below = inertial_deviations(spec.at_least, state.body, diagonal_mm);
+  for (InertialDeviation& d : state.below)
+    if (d.found >= d.wanted) d.relative = 0;
+  state.beyond = inertial_deviations(spec.at_most, state.body, diagonal_mm);
+  for (InertialDeviation& d : state.beyond)
+    if (d.found <= d.wanted) d.relative = 0;
   return state;
 }
 
@@ -55,8 +61,15 @@ void describe(TargetVerdict& verdict) {
   verdict.goal = TargetSpec::kGoal;
   verdict.body = verdict.state.body;
   verdict.figures = figures_of(verdict.state, spec);
-  verdict.headline = "wanted: " + std::to_string(deviations.size()) + " of the ten numbers, " + print_words(spec.print);
+  const std::size_t bounds = verdict.state.below.size() + verdict.state.beyond.size();
+  verdict.headline = "wanted: " + std::to_string(deviations.size()) + " of the ten numbers" +
+                     (bounds > 0 ? " and " + std::to_string(bounds) + (bounds == 1 ? " bound, " : " bounds, ") : ", ") +
+                     print_words(spec.print);
   verdict.wanted = {{.name = "wanted", .words = "", .value = by_name(deviations, &InertialDeviation::wanted)}};
+  if (bounds > 0) {
+    verdict.wanted.push_back({.name = "at_least", .words = "", .value = by_name(verdict.state.below, &InertialDeviation::wanted)});
+    verdict.wanted.push_back({.name = "at_most", .words = "", .value = by_name(verdict.state.beyond, &InertialDeviation::wanted)});
+  }
   add_print(spec.print, verdict.wanted);
 }
 
@@ -64,9 +77,16 @@ void describe(TargetVerdict& verdict) {
 void conclude(TargetVerdict& verdict, const Limits& limits) {
   for (const InertialDeviation& d : verdict.state.deviations)
     verdict.criteria.push_back(at_most(inertial_name(d.number), description(d.number), d.relative, limits.relative));
+  for (const auto& [deviations, words] : {std::pair(&verdict.state.below, "at_least"), std::pair(&verdict.state.beyond, "at_most")})
+    for (const InertialDeviation& d : *deviations)
+      verdict.criteria.push_back(
+          at_most(std::string(inertial_name(d.number)) + "_" + words,
+                  std::string(inertial_name(d.number)) + " beyond its bound of " + shown(d.wanted, 6) + ", relative", d.relative,
+                  limits.relative));
   std::string missed;
-  for (const InertialDeviation& d : verdict.state.deviations)
-    if (!(d.relative <= limits.relative)) missed += (missed.empty() ? "" : ", ") + std::string(inertial_name(d.number));
+  for (const auto* deviations : {&verdict.state.deviations, &verdict.state.below, &verdict.state.beyond})
+    for (const InertialDeviation& d : *deviations)
+      if (!(d.relative <= limits.relative)) missed += (missed.empty() ? "" : ", ") + std::string(inertial_name(d.number));
   verdict.meaning.push_back(missed.empty() ? "It has the numbers wanted, to within " + shown(100 * limits.relative) + " %."
                                            : "It does not have the numbers wanted: " + missed + " are off.");
   verdict.meaning.push_back(

@@ -18,10 +18,21 @@ constexpr double kSmallestAngle = 1e-5;
 
 /// What a base is cut for: 3 degrees, the slope of a bad table.
 constexpr double kSafeAngle = 3 * std::numbers::pi / 180;
+/// What bounds the choice of a target.
+struct Terms {
+  InteriorNlp::Scale scale;
+  std::optional<double> most_mm3;  ///< of material
+};
+
+/// Over a target, no heavier than allowed.
+Goal goal_above(const Eigen::Vector2d& target, const Terms& terms) {
+  Goal goal = stand_goal(target, terms.scale.volume_mm3, terms.scale.length_mm);
+  return terms.most_mm3 ? with_at_most(std::move(goal), Moments::Unit(M1) / *terms.most_mm3, -1) : goal;
+}
 
 /// The lowest centre of mass above `target`; none if out of reach.
-std::optional<Moments> lowest_above(const Body& body, const Eigen::Vector2d& target, const InteriorNlp::Scale& scale) {
-  const QuadricSolution lowest = solve_quadric(stand_goal(target, scale.volume_mm3, scale.length_mm), *body.integrals, body.shell);
+std::optional<Moments> lowest_above(const Body& body, const Eigen::Vector2d& target, const Terms& terms) {
+  const QuadricSolution lowest = solve_quadric(goal_above(target, terms), *body.integrals, body.shell);
   if (!lowest.converged) return std::nullopt;
   return lowest.moments;
 }
@@ -33,11 +44,11 @@ double smallest_tipping_angle(const SupportPolygon& polygon, const Moments& s) {
 
 /// The target where the smallest tipping angle is largest. The angle is a quasiconcave function of the target, since the attainable
 /// centres of mass and those beyond a tipping angle are convex sets: a pattern search climbs to its top.
-Eigen::Vector2d safest_target(const Body& body, const SupportPolygon& polygon, const Eigen::Vector2d& start,
-                              const InteriorNlp::Scale& scale, const Progress& progress) {
+Eigen::Vector2d safest_target(const Body& body, const SupportPolygon& polygon, const Eigen::Vector2d& start, const Terms& terms,
+                              const Progress& progress) {
   const auto angle_at = [&](const Eigen::Vector2d& target) {
     progress.check();
-    const std::optional<Moments> s = lowest_above(body, target, scale);
+    const std::optional<Moments> s = lowest_above(body, target, terms);
     return s ? smallest_tipping_angle(polygon, *s) : -std::numeric_limits<double>::infinity();
   };
   Eigen::Vector2d best = start;
@@ -59,8 +70,8 @@ Eigen::Vector2d safest_target(const Body& body, const SupportPolygon& polygon, c
 }
 
 /// The target in the working frame: the one of `spec`, or the safest point, moved to where it can be reached or is safest.
-Eigen::Vector2d chosen_target(const Body& body, const SupportPolygon& polygon, const StandSpec& spec,
-                              const InteriorNlp::Scale& scale, const Progress& progress) {
+Eigen::Vector2d chosen_target(const Body& body, const SupportPolygon& polygon, const StandSpec& spec, const Terms& terms,
+                              const Progress& progress) {
   Eigen::Vector2d target =
       spec.target_mm ? Eigen::Vector2d((body.to_working * *spec.target_mm).head<2>()) : polygon.safest_point_mm();
   progress.begin("target");
@@ -69,9 +80,9 @@ Eigen::Vector2d chosen_target(const Body& body, const SupportPolygon& polygon, c
   const Eigen::Vector2d middle = half.segment<2>(MX) / half[M1];
   // A target at the edge of what these rays reach leaves no room to correct the mesh, which differs a little.
   constexpr double room = 0.05;
-  const bool in_reach = lowest_above(body, target + room * (target - middle), scale).has_value();
+  const bool in_reach = lowest_above(body, target + room * (target - middle), terms).has_value();
   if (spec.objective == StandSpec::Objective::tip_angle || (!in_reach && !spec.target_mm)) {
-    target = safest_target(body, polygon, in_reach ? target : middle, scale, progress);
+    target = safest_target(body, polygon, in_reach ? target : middle, terms, progress);
     target += room * (middle - target);
   }
   return target;
@@ -90,12 +101,14 @@ Error tips_over(const SupportPolygon& polygon, const Moments& s, double toleranc
 }
 
 void prove(const Plan& plan, const Moments& constant, HollowResult& result) {
-  // For every s that meets the constraints, (c_z(s) - c_z) m(s) / (L m) = q.s >= min over all interiors of q.s. theory.md (27d),
-  // (49)
+  // For every s that meets the constraints, (c_z(s) - c_z) m(s) / (L m) >= q.s + mu.c_0 >= min over all interiors of that.
+  // theory.md (27d), (49), (70)
   const Moments& q = result.q;
   const RayIntegrals& rays = *plan.body->integrals;
   const double mass = constant[M1] + rays.priced(q, result.price).pass.moments[M1];
-  const double least = q.dot(constant) + rays.least(q, result.price);
+  const Eigen::VectorXd& mu = result.solve.multipliers;
+  const double of_bounds = plan.goal.at_most > 0 ? mu.dot(plan.goal.c_0) : 0;
+  const double least = of_bounds + q.dot(constant) + rays.least(q, result.price);
   result.duality_gap = std::max(0.0, -least) * mass / constant[M1] / std::abs(result.solve.objective);
   result.proof_figures = {{.name = "duality_gap", .words = "", .value = *result.duality_gap}};
   result.proof = {"centre of mass within " + scientific(std::max(*result.duality_gap, 1e-9)) +
@@ -131,19 +144,31 @@ Standing standing(const Mesh& solid, const StandSpec& spec, const HollowOptions&
   const Body& body = *plan.body;
 
   const InteriorNlp::Scale scale{body.solid[M1], body.diagonal_mm};
-  const Eigen::Vector2d target = chosen_target(body, polygon, spec, scale, progress);
+  Terms terms{scale, std::nullopt};
+  const double g_mm3 = 1e-3 * spec.print.density_g_cm3;
+  if (spec.most_mass_g) terms.most_mm3 = *spec.most_mass_g / g_mm3;
+  if (terms.most_mm3 && body.shell[M1] > *terms.most_mm3)
+    throw Error(ErrorCode::goal, "It cannot be so light: with nothing but its shell it weighs " +
+                                     number(g_mm3 * body.shell[M1], 2) + " g, and it shall weigh no more than " +
+                                     number(*spec.most_mass_g, 2) + " g.");
+  const Eigen::Vector2d target = chosen_target(body, polygon, spec, terms, progress);
   StandSpec found = spec;
   found.target_mm = body.to_working.inverse() * Eigen::Vector3d(target.x(), target.y(), 0);
   plan.spec = found;
-  const std::optional<Moments> lowest = lowest_above(body, target, scale);
+  const std::optional<Moments> lowest = lowest_above(body, target, terms);
   if (!lowest)
     throw Error(ErrorCode::goal, "The centre of mass cannot be brought above the target: at the nearest any interior comes it is " +
                                      number(smallest_offset_mm(body.inner.rays, body.shell, std::nullopt, target), 3) +
-                                     " mm beside it (horizontally)." + scarce_words(body.inner.rays.grid));
+                                     " mm beside it (horizontally)" +
+                                     (terms.most_mm3 ? ", whatever it may weigh (--max-mass)." : ".") +
+                                     scarce_words(body.inner.rays.grid));
   result.tipping_angle_rad = smallest_tipping_angle(polygon, *lowest);
   if (!(result.tipping_angle_rad > kSmallestAngle)) throw tips_over(polygon, *lowest, tolerance, spec);
-  plan.goal = stand_goal(target, scale.volume_mm3, scale.length_mm);
-  plan.error = [target, L = scale.length_mm](const Moments& s) { return (s.segment<2>(MX) / s[M1] - target).norm() / L; };
+  plan.goal = goal_above(target, terms);
+  plan.error = [target, terms](const Moments& s) {
+    const double too_heavy = terms.most_mm3 ? s[M1] / *terms.most_mm3 - 1 : 0;
+    return std::max(too_heavy, (s.segment<2>(MX) / s[M1] - target).norm() / terms.scale.length_mm);
+  };
   plan.setup.solver = options.solver;
   plan.setup.scale = scale;
   plan.setup.options = options.solve;
@@ -209,6 +234,8 @@ std::size_t least_cut(const std::vector<double>& cuts, const Mesh& solid, const 
 }  // namespace
 
 Plan plan(const Mesh& solid, const StandSpec& spec, const HollowOptions& options, const Progress& progress) {
+  if (spec.most_mass_g && options.solver != Solver::quadric)
+    throw Error(ErrorCode::usage, "--max-mass is kept by the quadric solver only.");
   StandSpec as_it_is = spec;
   as_it_is.flatten_mm = 0;
   if (spec.flatten_mm == 0) return standing(solid, as_it_is, options, progress).plan;

@@ -40,10 +40,38 @@ double largest_deviation(const InertialTargets& targets, const MassProperties& b
   return largest;
 }
 
+/// How far beyond its bounds a body is, as deviations are told.
+double largest_excess(const TargetSpec& spec, const MassProperties& body, double length_mm) {
+  double largest = 0;
+  for (const InertialDeviation& d : inertial_deviations(spec.at_most, body, length_mm))
+    if (d.found > d.wanted) largest = std::max(largest, d.relative);
+  for (const InertialDeviation& d : inertial_deviations(spec.at_least, body, length_mm))
+    if (d.found < d.wanted) largest = std::max(largest, d.relative);
+  return largest;
+}
+
 bool can_be_met(const TargetGoal::Setup& setup, const RayIntegrals& rays, const Moments& shell) {
   const TargetGoal goal(setup);
   if (goal.determined()) return nearest_attainable(goal, rays, shell, 1e-7).attainable;
   return solve_target(setup, rays, shell).solution.converged;
+}
+
+/// The nearest any interior comes to the numbers wanted, whatever the bounds; empty where they can be met without these.
+std::string nearest_words(const Body& body, TargetGoal::Setup setup) {
+  setup.at_least = setup.at_most = {};
+  const TargetGoal goal(setup);
+  if (goal.constraints() == 0) return {};
+  const NearestSolution nearest = nearest_attainable(goal, *body.integrals, body.shell, 1e-9);
+  if (nearest.attainable) return {};
+  std::string text = " The nearest any interior comes (least squares of mass, static moments and inertia) is:";
+  const char* separator = " ";
+  for (const InertialDeviation& d :
+       inertial_deviations(setup.wanted, in_mesh_frame(nearest.moments, body.to_working, setup.density_g_cm3), setup.length_mm)) {
+    text += separator + std::string(inertial_name(d.number)) + " " + with_unit(d.found, d.number);
+    if (d.relative > 1e-4) text += " instead of " + with_unit(d.wanted, d.number);
+    separator = ", ";
+  }
+  return text + ".";
 }
 
 /// Says why the numbers cannot be met, how near they can be met, and which others could.
@@ -68,16 +96,7 @@ bool can_be_met(const TargetGoal::Setup& setup, const RayIntegrals& rays, const 
     text = "These numbers cannot be met together with a wall of " + number(wall_mm, 2) + " mm.";
   }
 
-  const NearestSolution nearest = nearest_attainable(TargetGoal(setup), *body.integrals, body.shell, 1e-9);
-  text += " The nearest any interior comes (least squares of mass, static moments and inertia) is:";
-  const char* separator = " ";
-  for (const InertialDeviation& d :
-       inertial_deviations(setup.wanted, in_mesh_frame(nearest.moments, body.to_working, setup.density_g_cm3), setup.length_mm)) {
-    text += separator + std::string(inertial_name(d.number)) + " " + with_unit(d.found, d.number);
-    if (d.relative > 1e-4) text += " instead of " + with_unit(d.wanted, d.number);
-    separator = ", ";
-  }
-  text += "." + others;
+  text += nearest_words(body, setup) + others;
 
   std::string without;
   int count = 0;
@@ -96,6 +115,17 @@ bool can_be_met(const TargetGoal::Setup& setup, const RayIntegrals& rays, const 
     if (!can_be_met(fewer, *body.integrals, body.shell)) continue;
     without += (count++ ? ", or without " : "") + std::string(inertial_name(left_out));
   }
+  for (const auto& [bounds, words] :
+       {std::pair(&TargetGoal::Setup::at_least, "at least"), {&TargetGoal::Setup::at_most, "at most"}})
+    for (int k = M1; k <= MXZ; ++k) {
+      TargetGoal::Setup fewer = setup;
+      std::optional<double>& bound = (fewer.*bounds)[static_cast<std::size_t>(k)];
+      if (!bound) continue;
+      bound.reset();
+      progress.check();
+      if (!can_be_met(fewer, *body.integrals, body.shell)) continue;
+      without += (count++ ? ", or without " : "") + std::string(inertial_name(static_cast<MomentIndex>(k))) + " " + words;
+    }
   if (count > 0) text += " All the others can be met without " + without + ".";
 
   throw Error(ErrorCode::goal, text);
@@ -107,10 +137,16 @@ struct TargetProblem {
   Eigen::Vector3d origin_mm;  ///< of the working frame, in the frame given
 };
 
-/// @param up  in the working frame
-TargetGoal::Setup setup_for(const TargetSpec& spec, const Body& body, const Eigen::Vector3d& up) {
+/// @param up         in the working frame
+/// @param origin_mm  of the working frame, in the frame given
+TargetGoal::Setup setup_for(const TargetSpec& spec, const Body& body, const Eigen::Vector3d& up, const Eigen::Vector3d& origin_mm) {
   TargetGoal::Setup setup;
   setup.wanted = spec.wanted;
+  setup.at_least = spec.at_least;
+  setup.at_most = spec.at_most;
+  for (int axis = 0; axis < 3; ++axis)
+    for (InertialTargets* bounds : {&setup.at_least, &setup.at_most})
+      if (std::optional<double>& bound = (*bounds)[static_cast<std::size_t>(MX + axis)]) *bound -= origin_mm[axis];
   setup.density_g_cm3 = spec.print.density_g_cm3;
   setup.order = spec.order;
   setup.axes = body.to_working.linear();
@@ -147,6 +183,11 @@ void prove(const TargetProblem& problem, const TargetGoal& goal, const Plan& pla
   const double from = number >= MX && number <= MZ ? problem.origin_mm[number - MX] : 0;
   extreme.found = from + unit * f.dot(last.moments);
   extreme.bound = from + unit * bound;
+  // A bound that was asked for is one, too.
+  const InertialTargets& asked =
+      extreme.wish.largest ? std::get<TargetSpec>(plan.spec).at_most : std::get<TargetSpec>(plan.spec).at_least;
+  if (const std::optional<double> limit = wanted(asked, number))
+    extreme.bound = extreme.wish.largest ? std::min(extreme.bound, *limit) : std::max(extreme.bound, *limit);
   result.extreme = extreme;
   const char* sense = extreme.wish.largest ? "largest" : "smallest";
   result.proof = {"the " + std::string(sense) + " " + inertial_name(number) + " that these rays allow with these numbers is " +
@@ -167,8 +208,9 @@ Plan plan_of(std::unique_ptr<Body> body, const TargetSolution& exact, const Targ
   plan.body = std::move(body);
   plan.goal = exact.goal;
   plan.spec = spec;
-  plan.error = [setup, to_working = plan.body->to_working](const Moments& s) {
-    return largest_deviation(setup.wanted, in_mesh_frame(s, to_working, setup.density_g_cm3), setup.length_mm);
+  plan.error = [setup, spec, to_working = plan.body->to_working](const Moments& s) {
+    const MassProperties found = in_mesh_frame(s, to_working, setup.density_g_cm3);
+    return std::max(largest_deviation(setup.wanted, found, setup.length_mm), largest_excess(spec, found, setup.length_mm));
   };
   plan.setup.scale = {setup.volume_mm3, setup.length_mm};
   plan.setup.warm.multipliers = exact.solution.multipliers;
@@ -341,7 +383,7 @@ TargetBody body_for(const Mesh& solid, const TargetSpec& spec, const HollowOptio
   frame.translation() = -(frame.linear() * origin_mm);
   result.body = resolved_body(std::move(outer), frame, discretisation(spec.print, options), progress);
   progress.begin("target");
-  result.problem.setup = setup_for(spec, *result.body, Eigen::Vector3d::UnitZ());
+  result.problem.setup = setup_for(spec, *result.body, Eigen::Vector3d::UnitZ(), origin_mm);
   return result;
 }
 
@@ -381,7 +423,7 @@ Plan plan(const Mesh& solid, const TargetSpec& spec, const HollowOptions& option
     const Eigen::Affine3d frame = turn * body->to_working;
     Mesh outer = std::move(body->outer);
     body = resolved_body(std::move(outer), frame, discretisation(spec.print, options), progress);
-    setup = setup_for(spec, *body, turn * Eigen::Vector3d::UnitZ());
+    setup = setup_for(spec, *body, turn * Eigen::Vector3d::UnitZ(), target.problem.origin_mm);
     exact = solve_target(setup, *body->integrals, body->shell);
     if (exact.solution.infeasible) throw_unattainable(*body, setup, spec.print.wall_mm, progress);
   }

@@ -118,6 +118,31 @@ TextPlace wanted_numbers(const char* name, InertialTargets& wanted, MomentIndex 
           }};
 }
 
+/// "mass=14,com_z=5": bounds of some of the ten numbers.
+TextPlace bounds_place(const char* name, InertialTargets& bounds) {
+  return {
+      [=, &bounds](const std::string& text) {
+        for (const std::string& part : parts_of(text)) {
+          const std::size_t equals = part.find('=');
+          int k = M1;
+          while (k <= MXZ && part.substr(0, equals) != inertial_name(static_cast<MomentIndex>(k))) ++k;
+          if (k > MXZ || equals == std::string::npos)
+            usage_error(std::string("--") + name +
+                        " takes a list like mass=14,com_z=5 with mass, com_x, com_y, com_z, ixx, iyy, izz, ixy, iyz and ixz; it "
+                        "has '" +
+                        part + "'.");
+          bounds[static_cast<std::size_t>(k)] = parse_number(name, part.substr(equals + 1));
+        }
+      },
+      [&bounds] {
+        std::string text;
+        for (int k = M1; k <= MXZ; ++k)
+          if (const std::optional<double>& bound = bounds[static_cast<std::size_t>(k)])
+            text += (text.empty() ? "" : ",") + std::string(inertial_name(static_cast<MomentIndex>(k))) + "=" + shown(*bound, 9);
+        return text.empty() ? "free" : text;
+      }};
+}
+
 TextPlace order_of_wishes(std::vector<InertialWish>& order) {
   return {[&order](const std::string& text) {
             std::vector<InertialWish> wishes;
@@ -191,6 +216,70 @@ TextPlace submerged_place(FloatSpec& spec) {
           [&spec] {
             if (spec.submerged_volume_fraction) return shown(*spec.submerged_volume_fraction) + "volume";
             return spec.submerged_fraction ? shown(*spec.submerged_fraction) : std::string("auto");
+          }};
+}
+
+std::string shown_direction(const Eigen::Vector3d& up) {
+  for (const char* name : {"x", "y", "z", "-x", "-y", "-z"})
+    if ((parse_direction(name) - up.normalized()).norm() < 1e-12) return name;
+  return shown_point(up);
+}
+
+/// "0,1,1": a direction; "1,2,3:0,1,1", "z:17.5": what else is said of the pose before or after it.
+Pose parse_pose(Pose::Kind kind, const std::string& text) {
+  Pose pose;
+  pose.kind = kind;
+  const std::size_t colon = text.find(':');
+  const std::string first = text.substr(0, colon);
+  const std::string second = colon == std::string::npos ? "" : text.substr(colon + 1);
+  switch (kind) {
+    case Pose::Kind::stands:
+    case Pose::Kind::rights:
+      pose.up = parse_direction(text);
+      break;
+    case Pose::Kind::hangs: {
+      const std::vector<double> c = parse_numbers("hang", first);
+      if (c.size() != 3) usage_error("--hang takes X,Y,Z or X,Y,Z:UP; it is '" + text + "'.");
+      pose.point_mm = Eigen::Vector3d(c[0], c[1], c[2]);
+      if (!second.empty()) pose.up = parse_direction(second);
+      break;
+    }
+    case Pose::Kind::floats:
+      pose.up = parse_direction(first);
+      if (!second.empty()) pose.waterline_mm = parse_number("float", second);
+      break;
+  }
+  return pose;
+}
+
+std::string shown_pose(const Pose& pose, const Eigen::Vector3d& usual_up) {
+  const std::string up = shown_direction(pose.up_or(usual_up));
+  switch (pose.kind) {
+    case Pose::Kind::stands:
+    case Pose::Kind::rights:
+      return up;
+    case Pose::Kind::hangs:
+      return shown_point(pose.point_mm) + (pose.up ? ":" + up : "");
+    case Pose::Kind::floats:
+      break;
+  }
+  return up + (pose.waterline_mm ? ":" + shown(*pose.waterline_mm, 9) : "");
+}
+
+/// All poses of a kind, with ; between them; each text adds some.
+TextPlace poses_place(PoseSpec& spec, Pose::Kind kind) {
+  return {[&spec, kind](const std::string& text) {
+            for (std::size_t begin = 0; begin <= text.size();) {
+              const std::size_t end = std::min(text.find(';', begin), text.size());
+              spec.poses.push_back(parse_pose(kind, text.substr(begin, end - begin)));
+              begin = end + 1;
+            }
+          },
+          [&spec, kind] {
+            std::string text;
+            for (const Pose& pose : spec.poses)
+              if (pose.kind == kind) text += (text.empty() ? "" : ";") + shown_pose(pose, spec.up);
+            return text.empty() ? "none" : text;
           }};
 }
 
@@ -685,6 +774,13 @@ Settings settings(StandSpec& spec, For purpose) {
             "angle is largest.",
         .place = choice("objective", spec.objective, kObjectives),
         .applies = For::making},
+       {.name = "max-mass",
+        .value = "G",
+        .words = "no heavier than this",
+        .details = "What stands most safely within that.",
+        .place = &spec.most_mass_g,
+        .range = Range::positive(),
+        .unset = "free"},
        {.name = "contact",
         .value = "MM",
         .words = "height that still counts as touching the ground",
@@ -725,6 +821,18 @@ Settings settings(TargetSpec& spec, For purpose) {
             "In the axes of the mesh. The last three are the negative products of inertia, as in URDF and MJCF. The coordinates "
             "of the centre of mass that an entry depends on must be given: y and z for Ixx, x or y for Ixy, and so on.",
         .place = wanted_numbers("inertia", spec.wanted, MXX, 6, "Ixx,Iyy,Izz or Ixx,Iyy,Izz,Ixy,Iyz,Ixz")},
+       {.name = "at-least",
+        .value = "LIST",
+        .words = "bounds of numbers that are not given: mass=14,com_z=5",
+        .details =
+            "Of mass, com_x, com_y, com_z, and with the coordinates of the centre of mass that they depend on given ixx, iyy, izz, "
+            "ixy, iyz and ixz.",
+        .place = bounds_place("at-least", spec.at_least)},
+       {.name = "at-most",
+        .value = "LIST",
+        .words = "and from above",
+        .details = "",
+        .place = bounds_place("at-most", spec.at_most)},
        {.name = "minimise",
         .value = "ORDER",
         .words = "the rest: of mass com_x com_y com_z ixx ... ixz, the first first; -ixx: largest",
@@ -737,6 +845,70 @@ Settings settings(TargetSpec& spec, For purpose) {
         .place = order_of_wishes(spec.order),
         .applies = For::making}},
       purpose);
+}
+
+Settings settings(PoseSpec& spec, For purpose) {
+  return asked_for(
+      {up_row(spec.up),
+       {.name = "stand",
+        .value = "UP",
+        .words = "stands with this up: x, -z, 0,1,1 ...; may be given several times",
+        .details =
+            "The smallest tipping angle of all poses in which it stands is made as large as it can be. Several poses may also "
+            "be given in one, with ; between them, like 'z;0,1,1'.",
+        .place = poses_place(spec, Pose::Kind::stands),
+        .repeated = true},
+       {.name = "hang",
+        .value = "X,Y,Z[:UP]",
+        .words = "hangs from this point with --up, or UP, up; several times",
+        .details =
+            "The centre of mass lies on the vertical below the point, which is given in the numbers of the file after --unit and "
+            "--size: the middle of a ring or eyelet, or where the string leaves the body. If it stands in no pose, as far "
+            "below as it can be brought.",
+        .place = poses_place(spec, Pose::Kind::hangs),
+        .repeated = true},
+       {.name = "float",
+        .value = "UP[:MM]",
+        .words = "floats with this up, at this waterline if given; several times",
+        .details = "Without a waterline (above the lowest point) the mass is free, and what is best for all poses is searched; for "
+                   "verify it floats where it displaces its own mass.",
+        .place = poses_place(spec, Pose::Kind::floats),
+        .repeated = true},
+       {.name = "roly-poly",
+        .value = "UP",
+        .words = "rights itself with this up from any tilt, like a roly-poly",
+        .details =
+            "Its base must be round: it is let go on level ground in 26 directions and has to come to rest within 5 degrees of "
+            "upright from all of them.",
+        .place = poses_place(spec, Pose::Kind::rights),
+        .repeated = true},
+       {.name = "min-tip",
+        .value = "DEG",
+        .words = "stands at least so safely, and is as light as that allows",
+        .details = "The smallest tipping angle of all poses in which it stands, instead of as large as it can be.",
+        .place = &spec.least_tip_deg,
+        .range = {.lo = 0, .hi = 89},
+        .unset = "as large as it can be"},
+       {.name = "fluid",
+        .value = "G_CM3",
+        .words = "density of the fluid, or water, seawater, ethanol ...",
+        .details = "",
+        .place = fluid_place(spec.fluid_g_cm3)},
+       {.name = "contact",
+        .value = "MM",
+        .words = "height that still counts as touching the ground",
+        .details = "As of stand.",
+        .place = &spec.contact_tolerance_mm,
+        .range = Range::positive()}},
+      purpose);
+}
+
+std::string words_of(const Pose& pose, const Eigen::Vector3d& usual_up) {
+  const Eigen::Vector3d up = pose.up_or(usual_up).normalized();
+  const std::string name = shown_direction(up);
+  const std::string with = " with " + (name.find(',') == std::string::npos ? name : shown(up)) + " up";
+  if (pose.kind == Pose::Kind::hangs) return "hanging from " + shown(pose.point_mm) + " mm" + with;
+  return (pose.kind == Pose::Kind::stands ? "standing" : pose.kind == Pose::Kind::floats ? "floating" : "righting itself") + with;
 }
 
 void check(const FloatSpec& spec, For purpose) {
@@ -777,10 +949,32 @@ void check(const StandSpec& spec, For purpose) {
   if (spec.target_mm && !spec.target_mm->allFinite()) usage_error("The target must be finite.");
 }
 
+void check_bounds(const TargetSpec& spec, For purpose) {
+  for (int k = M1; k <= MXZ; ++k) {
+    const auto number = static_cast<MomentIndex>(k);
+    const auto at = static_cast<std::size_t>(k);
+    const std::string name = inertial_name(number);
+    for (const std::optional<double>& bound : {spec.at_least[at], spec.at_most[at]}) {
+      if (!bound) continue;
+      if (spec.wanted[at]) usage_error("For " + name + " a number is given: leave its bounds out.");
+      if (!std::isfinite(*bound)) usage_error("The bounds of " + name + " must be finite.");
+      if ((number == M1 || (number >= MXX && number <= MZZ)) && !(*bound > 0))
+        usage_error("The bounds of " + name + " must be positive; one is " + shown(*bound) + ".");
+      if (purpose != For::judging) require_centre_for(number, spec.wanted);
+    }
+    if (spec.at_least[at] && spec.at_most[at] && !(*spec.at_least[at] < *spec.at_most[at]))
+      usage_error("Between its bounds " + name + " has no room: it shall be at least " + shown(*spec.at_least[at]) +
+                  " and at most " + shown(*spec.at_most[at]) + ".");
+  }
+}
+
 void check(const TargetSpec& spec, For purpose) {
   check_rows(spec, purpose);
-  if (std::none_of(spec.wanted.begin(), spec.wanted.end(), [](const auto& w) { return w.has_value(); }))
-    usage_error("Say which numbers are wanted: --mass, --com or --inertia.");
+  const auto says_nothing = [](const InertialTargets& numbers) {
+    return std::none_of(numbers.begin(), numbers.end(), [](const auto& w) { return w.has_value(); });
+  };
+  if (says_nothing(spec.wanted) && says_nothing(spec.at_least) && says_nothing(spec.at_most))
+    usage_error("Say which numbers are wanted: --mass, --com or --inertia, or within which bounds: --at-least, --at-most.");
   for (int k = M1; k <= MXZ; ++k) {
     const auto number = static_cast<MomentIndex>(k);
     const std::optional<double>& wanted = spec.wanted[static_cast<std::size_t>(k)];
@@ -790,6 +984,7 @@ void check(const TargetSpec& spec, For purpose) {
       usage_error(std::string("The wanted ") + inertial_name(number) + " must be positive; it is " + shown(*wanted) + ".");
     if (purpose != For::judging) require_centre_for(number, spec.wanted);
   }
+  check_bounds(spec, purpose);
   if (purpose == For::judging) return;
   check_inertia(spec.wanted);
   for (const InertialWish& wish : spec.order) {
@@ -797,6 +992,24 @@ void check(const TargetSpec& spec, For purpose) {
       usage_error(std::string("To minimise ") + inertial_name(wish.number) +
                   " the mass must be given (--mass): a ratio of two free numbers is not linear.");
     require_centre_for(wish.number, spec.wanted);
+  }
+}
+
+void check(const PoseSpec& spec, For purpose) {
+  check_rows(spec, purpose);
+  check_density("fluid", spec.fluid_g_cm3);
+  if (spec.poses.empty())
+    usage_error("Say in which poses: --stand UP, --hang X,Y,Z, --float UP or --roly-poly UP, each of them as often as you like.");
+  const bool stands = std::any_of(spec.poses.begin(), spec.poses.end(), [](const Pose& p) { return p.kind == Pose::Kind::stands; });
+  if (spec.least_tip_deg && !stands) usage_error("--min-tip is of poses in which it stands: give --stand UP, too.");
+  const bool floats = std::any_of(spec.poses.begin(), spec.poses.end(), [](const Pose& p) { return p.kind == Pose::Kind::floats; });
+  if (spec.least_tip_deg && floats && purpose == For::making)
+    usage_error("What floats has its mass from the water: leave --min-tip out, and it stands as safely as that allows.");
+  for (const Pose& pose : spec.poses) {
+    check_up(pose.up_or(spec.up));
+    if (!pose.point_mm.allFinite()) usage_error("The point it hangs from must be finite.");
+    if (pose.waterline_mm && !Range::positive().contains(*pose.waterline_mm))
+      usage_error("The waterline of --float must be a positive number; it is " + shown(*pose.waterline_mm) + ".");
   }
 }
 

@@ -24,10 +24,21 @@ void set_constraints(Goal& goal, Eigen::Index count) {
 
 }  // namespace
 
+Goal with_at_most(Goal goal, const Moments& a, double a_0) {
+  const Eigen::Index rows = goal.J.rows();
+  goal.J.conservativeResize(rows + 1, 10);
+  goal.J.row(rows) = a.transpose();
+  goal.c_0.conservativeResize(rows + 1);
+  goal.c_0[rows] = a_0;
+  ++goal.at_most;
+  return goal;
+}
+
 Goal linear_goal(const Moments& q, const Goal& other) {
   Goal goal = linear(q);
   goal.J = other.J;
   goal.c_0 = other.c_0;
+  goal.at_most = other.at_most;
   return goal;
 }
 
@@ -35,6 +46,7 @@ Goal mapped(const Goal& goal, const Matrix10& T) {
   Goal result;
   result.J = product(goal.J, T);
   result.c_0 = goal.c_0;
+  result.at_most = goal.at_most;
   result.affine = goal.affine;
   result.f = [f = goal.f, T](const Moments& s) {
     const Derivatives d = f(T * s);
@@ -219,15 +231,29 @@ TargetGoal::TargetGoal(const Setup& setup) {
   };
   set_constraints(*this, std::count_if(setup.wanted.begin(), setup.wanted.end(), [](const auto& w) { return w.has_value(); }));
   Eigen::Index row = 0;
+  const auto scale_of = [&](int k, double value) {
+    const bool to_itself = k == M1 || (k >= MXX && k <= MZZ);
+    return to_itself ? rho / value : 1 / unit[k];
+  };
   for (int k = M1; k <= MXZ; ++k) {
     const std::optional<double>& wanted = setup.wanted[static_cast<std::size_t>(k)];
     if (!wanted) continue;
     const Moments a = inertial_functional(static_cast<MomentIndex>(k), setup.axes);
     given.push_back(free_part(a).normalized());
-    const bool to_itself = k == M1 || (k >= MXX && k <= MZZ);
-    const double scale = to_itself ? rho / *wanted : 1 / unit[k];
+    const double scale = scale_of(k, *wanted);
     J.row(row) = scale * a.transpose();
     c_0[row++] = k >= MX && k <= MZ ? 0 : -scale * *wanted / rho;
+  }
+  const auto bound = [&](int k, double value, double sign) {
+    const Moments a = inertial_functional(static_cast<MomentIndex>(k), setup.axes);
+    const double scale = sign * scale_of(k, value);
+    const bool place = k >= MX && k <= MZ;
+    static_cast<Goal&>(*this) =
+        with_at_most(*this, scale * (a - (place ? value : 0) * Moments(Moments::Unit(M1))), place ? 0 : -scale * value / rho);
+  };
+  for (int k = M1; k <= MXZ; ++k) {
+    if (const auto& most = setup.at_most[static_cast<std::size_t>(k)]) bound(k, *most, 1);
+    if (const auto& least = setup.at_least[static_cast<std::size_t>(k)]) bound(k, *least, -1);
   }
 
   const auto choose = [&](const std::optional<Wish>& wish, const Moments& a) {

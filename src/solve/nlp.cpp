@@ -57,7 +57,8 @@ Eigen::VectorXd InteriorNlp::upper_bounds() const {
 
 Eigen::VectorXd InteriorNlp::constraint_upper_bounds() const {
   Eigen::VectorXd upper = Eigen::VectorXd::Zero(constraints());
-  upper.tail(2 * pair_lengths_.size()).setConstant(std::numeric_limits<double>::infinity());
+  // Inequalities of the goal are turned round: constraints lie between 0 and an upper bound.
+  upper.tail(goal_.at_most + 2 * pair_lengths_.size()).setConstant(std::numeric_limits<double>::infinity());
   return upper;
 }
 
@@ -133,6 +134,7 @@ Eigen::VectorXd InteriorNlp::constraint_values(const Eigen::VectorXd& x) const {
     }
   }
   c.segment(chunks() * chained(), goal_.constraints()) = n_ * goal_.constraint_values(last_sum(x));
+  c.segment(chunks() * chained() + goal_.constraints() - goal_.at_most, goal_.at_most) *= -1;
   Eigen::Index row = chunks() * chained() + goal_.constraints();
   for (Eigen::Index k = 0; k < pair_lengths_.size(); ++k) {
     const double square = std::pow(x[2 * k] + x[2 * k + 1], 2) / pair_lengths_[k];
@@ -179,7 +181,8 @@ Eigen::VectorXd InteriorNlp::jacobian_values(const Eigen::VectorXd& x) const {
     }
   const auto& C = goal_.J;
   for (Eigen::Index row = 0; row < C.rows(); ++row)
-    for (const int moment : chained_) values.push_back(n_ * C(row, moment) * unit_[moment]);
+    for (const int moment : chained_)
+      values.push_back((row < C.rows() - goal_.at_most ? n_ : -n_) * C(row, moment) * unit_[moment]);
   for (Eigen::Index k = 0; k < pair_lengths_.size(); ++k) {
     const double slope = -2 * (x[2 * k] + x[2 * k + 1]) / pair_lengths_[k];
     values.insert(values.end(), {2 + slope, slope, slope, 2 + slope});

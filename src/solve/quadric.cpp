@@ -61,6 +61,12 @@ public:
   Moments gradient(const Moments& s) const { return goal_.gradient(in_mm(s)).cwiseProduct(unit_); }
   Matrix10 hessian(const Moments& s) const { return unit_.asDiagonal() * goal_.hessian(in_mm(s)) * unit_.asDiagonal(); }
   const Eigen::MatrixXd& J() const { return J_; }
+  /// What its multipliers are not to fall below.
+  Eigen::VectorXd lowest_multipliers() const {
+    Eigen::VectorXd lowest = Eigen::VectorXd::Constant(J_.rows(), -kInfinity);
+    lowest.tail(goal_.at_most).setZero();
+    return lowest;
+  }
   Eigen::VectorXd constraints(const Moments& s) const { return c_0_ + J_ * s; }
   const Eigen::VectorXd& c_0() const { return c_0_; }
 
@@ -86,12 +92,14 @@ double blur(const Moments& q, const Moments* before) {
 }
 
 /// max over u of  min over interiors s of [ (q_0 + K^T u).s + cost ] - e.u - u.W u / 2:  the dual of  min over s of
-/// q_0.s + cost + r.r / 2  subject to  r = K s - e  with a diagonal W of ones; a zero in W stands for r_k = 0.
+/// q_0.s + cost + r.r / 2  subject to  r = K s - e  with a diagonal W of ones; a zero in W stands for r_k = 0, and with a `lowest`
+/// of 0 for r_k <= 0.
 struct Dual {
   Moments q_0;
   Eigen::MatrixXd K;
   Eigen::VectorXd e;
   Eigen::VectorXd W;
+  Eigen::VectorXd lowest;  ///< of u
 };
 
 struct DualPoint {
@@ -99,17 +107,53 @@ struct DualPoint {
   Moments q;
   Problem::Evaluation at;
   double value = -kInfinity;
-  Eigen::VectorXd gradient;
+  Eigen::VectorXd gradient;  ///< 0 where it leads out of what u may be
 };
 
 DualPoint dual_of(const Dual& dual, const Eigen::VectorXd& u, const Moments& q, const Problem::Evaluation& at) {
   const Eigen::VectorXd Wu = dual.W.cwiseProduct(u);
-  return {u, q, at, q.dot(at.s) + at.cost - dual.e.dot(u) - 0.5 * u.dot(Wu), dual.K * at.s - dual.e - Wu};
+  DualPoint p{u, q, at, q.dot(at.s) + at.cost - dual.e.dot(u) - 0.5 * u.dot(Wu), dual.K * at.s - dual.e - Wu};
+  for (Eigen::Index k = 0; k < u.size(); ++k)
+    if (u[k] <= dual.lowest[k] && p.gradient[k] < 0) p.gradient[k] = 0;
+  return p;
 }
 
 DualPoint dual_at(Problem& problem, const Dual& dual, const Eigen::VectorXd& u, const Moments* before = nullptr) {
   const Moments q = dual.q_0 + dual.K.transpose() * u;
   return dual_of(dual, u, q, problem.evaluate(q, blur(q, before)));
+}
+
+/// Newton's step, with the unknowns that it would take below their bounds, where they nearly are already, held there.
+/// @param damping  of multipliers that move no free end, relative to the largest curvature
+Eigen::VectorXd newton_step(const Dual& dual, const DualPoint& from, double damping) {
+  Eigen::MatrixXd H = congruence(dual.K, from.at.spread);
+  const double size = H.diagonal().maxCoeff();
+  // No end is free: go uphill as far as q is long, where some should be.
+  if (!(size > 0)) return from.q.norm() / (dual.K.transpose() * from.gradient).norm() * from.gradient;
+  H.diagonal() += dual.W;
+  H.diagonal().array() += size * std::max(damping, 1e-13);
+  Eigen::VectorXd g = from.gradient;
+  std::vector<bool> held(static_cast<std::size_t>(g.size()), false);
+  const auto hold = [&](Eigen::Index k) {
+    held[static_cast<std::size_t>(k)] = true;
+    H.row(k).setZero();
+    H.col(k).setZero();
+    H(k, k) = size;
+    g[k] = 0;
+  };
+  for (Eigen::Index k = 0; k < g.size(); ++k)
+    if (from.u[k] <= dual.lowest[k] && g[k] <= 0) hold(k);
+  for (;;) {
+    const Eigen::VectorXd step = solve_symmetric(H, g);
+    bool changed = false;
+    for (Eigen::Index k = 0; k < g.size(); ++k) {
+      const bool near = from.u[k] - dual.lowest[k] <= 1e-9 * from.u.cwiseAbs().maxCoeff();
+      if (held[static_cast<std::size_t>(k)] || !near || from.u[k] + step[k] >= dual.lowest[k]) continue;
+      hold(k);
+      changed = true;
+    }
+    if (!changed) return step;
+  }
 }
 
 /// Newton's method with line search from `from`. Stops when `done`, or where rounding leaves no ascent.
@@ -118,34 +162,27 @@ DualPoint maximise(Problem& problem, const Dual& dual, DualPoint from, int max_e
                    const std::function<bool(const DualPoint&)>& done) {
   double damping = 0;
   while (!done(from) && problem.evaluations() < max_evaluations) {
-    Eigen::MatrixXd H = congruence(dual.K, from.at.spread);
-    const double size = H.diagonal().maxCoeff();
-    H.diagonal() += dual.W;
-    Eigen::VectorXd step;
-    if (size > 0) {
-      // Multipliers that move no free end have no curvature: damp them, ever less as steps succeed.
-      H.diagonal().array() += size * std::max(damping, 1e-13);
-      step = solve_symmetric(H, from.gradient);
-    } else {
-      // No end is free: go uphill as far as q is long, where some should be.
-      step = from.q.norm() / (dual.K.transpose() * from.gradient).norm() * from.gradient;
-    }
+    // Multipliers that move no free end have no curvature: damp them, ever less as steps succeed.
+    const Eigen::VectorXd step = newton_step(dual, from, damping);
     const double slope = from.gradient.dot(step);
     bool moved = false;
     // A step that changes q out of all recognition is not to be trusted.
     double length = std::min(1.0, 10 * from.q.norm() / (dual.K.transpose() * step).norm());
     for (int cut = 0; cut < 10 && !moved && problem.evaluations() < max_evaluations; ++cut) {
-      DualPoint next = dual_at(problem, dual, from.u + length * step, &from.q);
+      const Eigen::VectorXd u = from.u + length * step;
+      const bool within = (u.array() >= dual.lowest.array()).all();
+      DualPoint next = dual_at(problem, dual, u.cwiseMax(dual.lowest), &from.q);
+      const double promised = within ? length * slope : from.gradient.dot(next.u - from.u);
       // Near the top the gain drowns in rounding; there a smaller gradient is as good.
       const double rounding = 1e-13 * (std::abs(from.value) + from.u.norm());
-      moved = next.value >= from.value + 1e-4 * length * slope ||
+      moved = next.value >= from.value + 1e-4 * promised ||
               (next.value >= from.value - rounding && next.gradient.norm() < 0.5 * from.gradient.norm());
       if (moved) {
         from = std::move(next);
       } else {
         // The vertex of the parabola through what is known, kept away from both ends.
-        const double loss = from.value + slope * length - next.value;
-        length *= std::clamp(loss > 0 ? 0.5 * slope * length / loss : 0.5, 0.1, 0.5);
+        const double loss = from.value + promised - next.value;
+        length *= std::clamp(loss > 0 ? 0.5 * promised / loss : 0.5, 0.1, 0.5);
       }
     }
     // A step that had to be cut down to next to nothing came from curvature that is not there.
@@ -182,7 +219,7 @@ struct LinearMinimum {
 
 LinearMinimum minimise_linear(Problem& problem, const Moments& q_0, const Eigen::VectorXd& mu, double tolerance,
                               int max_evaluations) {
-  const Dual dual{q_0, problem.J(), -problem.c_0(), Eigen::VectorXd::Zero(mu.size())};
+  const Dual dual{q_0, problem.J(), -problem.c_0(), Eigen::VectorXd::Zero(mu.size()), problem.lowest_multipliers()};
   // No interior has a larger objective: a dual value above it proves that none meets the constraints.
   const double highest = problem.highest_cost() - problem.lowest(-q_0);
   // Where the multipliers run away they separate long before the value says so: asked for when it takes long.
@@ -195,8 +232,8 @@ LinearMinimum minimise_linear(Problem& problem, const Moments& q_0, const Eigen:
   const auto proven = [&](const DualPoint& p) { return p.value > highest + 1e-9 * q_0.norm() || separates(p); };
   const auto met = [&](const DualPoint& p) { return p.gradient.cwiseAbs().maxCoeff() < tolerance; };
   LinearMinimum minimum;
-  minimum.top =
-      maximise(problem, dual, dual_at(problem, dual, mu), max_evaluations, [&](const DualPoint& p) { return met(p) || proven(p); });
+  minimum.top = maximise(problem, dual, dual_at(problem, dual, mu.cwiseMax(dual.lowest)), max_evaluations,
+                         [&](const DualPoint& p) { return met(p) || proven(p); });
   minimum.converged = met(minimum.top);
   minimum.infeasible = !minimum.converged && proven(minimum.top);
   return minimum;
@@ -409,7 +446,8 @@ private:
     const Eigen::MatrixXd L = saddle_ ? Eigen::MatrixXd(10, 0) : curvature_root(problem_, s_);
     saddle_ = false;
     const Eigen::Index r = L.cols();
-    Dual dual{problem_.gradient(s_), Eigen::MatrixXd(m + r, 10), Eigen::VectorXd(m + r), Eigen::VectorXd(m + r)};
+    Dual dual{problem_.gradient(s_), Eigen::MatrixXd(m + r, 10), Eigen::VectorXd(m + r), Eigen::VectorXd(m + r),
+              Eigen::VectorXd::Constant(m + r, -kInfinity)};
     dual.K << problem_.J(), L.transpose();
     dual.e << -problem_.c_0(), L.transpose() * s_;
     dual.W << Eigen::VectorXd::Zero(m), Eigen::VectorXd::Ones(r);
@@ -512,8 +550,44 @@ QuadricSolution solve_curved(Problem& problem, const QuadricOptions& options) {
   return solution;
 }
 
-QuadricSolution solve_at(Problem problem, bool affine, const QuadricOptions& options) {
-  QuadricSolution solution = affine ? solve_affine(problem, options) : solve_curved(problem, options);
+/// A goal on its rays, where what fills them has a price.
+struct Priced {
+  const Goal& goal;
+  const RayIntegrals& rays;
+  const Moments& constant;
+  double price = 0;
+};
+
+/// A curved goal with inequalities, by its gradients: theory.md (70)
+QuadricSolution solve_by_gradients(const Priced& asked, const QuadricOptions& options) {
+  constexpr int most_rounds = 40;
+  QuadricSolution solution;
+  QuadricOptions warm = options;
+  Moments s = asked.constant + asked.rays.full();
+  double objective = kInfinity;
+  int evaluations = 0;
+  for (int round = 0; round < most_rounds; ++round) {
+    const Goal gradient = linear_goal(asked.goal.gradient(s), asked.goal);
+    Problem problem(gradient, asked.rays, asked.constant, asked.price);
+    solution = solve_affine(problem, warm);
+    evaluations += problem.evaluations();
+    solution.evaluations = evaluations;
+    solution.objective = asked.goal.objective(solution.moments);
+    solution.lower_bound = -kInfinity;
+    if (!solution.converged) return solution;
+    s = solution.moments;
+    warm.multipliers = solution.multipliers;
+    if (round > 0 && std::abs(solution.objective - objective) <= 1e-13 * std::abs(objective)) return solution;
+    objective = solution.objective;
+  }
+  solution.converged = false;
+  return solution;
+}
+
+QuadricSolution solve_at(const Priced& asked, const QuadricOptions& options) {
+  if (!asked.goal.affine && asked.goal.at_most > 0) return solve_by_gradients(asked, options);
+  Problem problem(asked.goal, asked.rays, asked.constant, asked.price);
+  QuadricSolution solution = asked.goal.affine ? solve_affine(problem, options) : solve_curved(problem, options);
   solution.evaluations = problem.evaluations();
   return solution;
 }
@@ -521,7 +595,7 @@ QuadricSolution solve_at(Problem problem, bool affine, const QuadricOptions& opt
 }  // namespace
 
 QuadricSolution solve_quadric(const Goal& goal, const RayIntegrals& rays, const Moments& constant, const QuadricOptions& options) {
-  const QuadricSolution free = solve_at(Problem(goal, rays, constant), goal.affine, options);
+  const QuadricSolution free = solve_at({goal, rays, constant}, options);
   const double most = rays.grid().most_mm3;
   if (!free.converged || free.filled_mm3 <= most) return free;
 
@@ -529,7 +603,7 @@ QuadricSolution solve_quadric(const Goal& goal, const RayIntegrals& rays, const 
   int evaluations = free.evaluations;
   QuadricOptions warm = options;
   const auto at = [&](double price) {
-    QuadricSolution solution = solve_at(Problem(goal, rays, constant, price), goal.affine, warm);
+    QuadricSolution solution = solve_at({goal, rays, constant, price}, warm);
     evaluations += solution.evaluations;
     solution.price = price;
     solution.evaluations = evaluations;
@@ -580,6 +654,7 @@ double separation_margin(const Goal& goal, const Eigen::VectorXd& y, const RayIn
 
 NearestSolution nearest_attainable(const Goal& goal, const RayIntegrals& rays, const Moments& constant, double tolerance) {
   constexpr int max_evaluations = 1000;
+  assert(goal.at_most == 0);
   Problem problem(goal, rays, constant);
   NearestSolution solution;
   // Wolfe's method for the point of least norm in a convex set: x is the nearest point to 0 of the hull of a few interiors' c(s),

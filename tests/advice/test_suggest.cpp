@@ -43,6 +43,9 @@ void take(const Suggestion& suggestion, Spec& spec, Mesh& mesh) {
       mesh = test::scaled(mesh, std::stod(text) / bounding_box(mesh).sizes().maxCoeff());
       continue;
     }
+    // All of a kind at once.
+    if (PoseSpec* poses = std::get_if<PoseSpec>(&spec); poses && name == "stand")
+      std::erase_if(poses->poses, [](const Pose& pose) { return pose.kind == Pose::Kind::stands; });
     const auto set = [&, name = name, text = text](auto& s) {
       Settings rows = settings(s, Setting::For::making);
       for (Setting& row : settings(s.print, Setting::For::making)) rows.push_back(row);
@@ -142,6 +145,16 @@ TEST(Suggest, ATargetOutOfReachGetsAThinnerWall) {
   spec.wanted[MX] = 20;
   const Advice advice = advice_that_works(test::box({0, 0, 0}, {40, 30, 20}), spec);
   EXPECT_NE(by(advice, "wall"), nullptr);
+}
+
+TEST(Suggest, APoseBesideAFaceGetsTheFace) {
+  PoseSpec spec;
+  spec.poses = {{.kind = Pose::Kind::stands, .up = Vector3d(0, 0, 1)}, {.kind = Pose::Kind::stands, .up = Vector3d(0.1, 1, 0.2)}};
+  const Advice advice = advice_that_works(test::box({0, 0, 0}, {40, 30, 20}), spec);
+  const Suggestion* faces = by(advice, "stand");
+  ASSERT_NE(faces, nullptr);
+  EXPECT_EQ(faces->options[0].second, "0,0,1;0,1,0");
+  EXPECT_NE(faces->change.find("12.6 degrees off"), std::string::npos) << faces->change;
 }
 
 // In a gas nothing floats.

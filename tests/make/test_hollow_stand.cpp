@@ -138,6 +138,28 @@ TEST(HollowStand, AGivenTargetIsMet) {
   EXPECT_NEAR(s[MY] / s[M1], 11, 1e-3);
 }
 
+TEST(HollowStand, KeepsToALargestMass) {
+  const Mesh solid = box({0, 0, 0}, {20, 20, 40});
+  Job<StandSpec> options = coarse();
+  const double free_g = expect_stands(solid, options).body.mass_g;
+  options.spec.most_mass_g = 0.8 * free_g;
+  const Outcome<StandSpec> result = hollowed(solid, options);
+  EXPECT_LT(*result.duality_gap, 1e-6);
+  const StandVerdict light = verify(result.delivery.body(), &solid, result.found);
+  EXPECT_TRUE(light.pass());
+  EXPECT_EQ(light.criteria.back().name, "most_mass");
+  EXPECT_NEAR(light.body.mass_g, 0.8 * free_g, 1e-4 * free_g);
+  // Filled as far as that mass goes.
+  const double w = 1.2;
+  const double fill = w + (0.8 * free_g / 1.24e-3 - (16000 - std::pow(20 - 2 * w, 2) * (40 - 2 * w))) / std::pow(20 - 2 * w, 2);
+  const Moments s = box_moments({0, 0, 0}, {20, 20, 40}) - box_moments({w, w, fill}, {20 - w, 20 - w, 40 - w});
+  EXPECT_NEAR(light.state.height_mm, s[MZ] / s[M1], 0.05);
+  options.spec.most_mass_g = 2 * free_g;
+  EXPECT_NEAR(expect_stands(solid, options).body.mass_g, free_g, 1e-3 * free_g);
+  options.spec.most_mass_g = 3;
+  EXPECT_TRUE(mentions(message_of([&] { hollowed(solid, options); }, ErrorCode::goal), {"It cannot be so light", "3.00 g"}));
+}
+
 TEST(HollowStand, RefusesAPointAnEdgeAndATargetOutOfReach) {
   const auto message = [](const Mesh& solid, const Job<StandSpec>& options) -> std::string {
     try {

@@ -342,6 +342,8 @@ TargetVerdict expect_met(const Mesh& solid, const Job<TargetSpec>& options, doub
   write_mesh(path, result.delivery.body());
   TargetSpec goal;
   goal.wanted = options.spec.wanted;
+  goal.at_least = options.spec.at_least;
+  goal.at_most = options.spec.at_most;
   goal.print.density_g_cm3 = options.spec.print.density_g_cm3;
   goal.print.wall_mm = options.spec.print.wall_mm;
   const TargetVerdict verdict = verify(read_mesh(path).mesh, &solid, goal);
@@ -459,6 +461,48 @@ Error error_of(const F& f, ErrorCode code) {
   for (const char* word : words)
     if (text.find(word) == std::string::npos) return ::testing::AssertionFailure() << "no '" << word << "' in: " << text;
   return ::testing::AssertionSuccess();
+}
+
+TEST(HollowTarget, KeepsWithinBounds) {
+  const Mesh solid = box({0, 0, 0}, {20, 20, 40});
+  InertialTargets wanted;
+  wanted[MX] = wanted[MY] = 10;
+  Job<TargetSpec> options = coarse(wanted);
+  const double lightest_g = expect_met(solid, options).body.mass_g;
+  // A bound that is kept anyway changes nothing, one that is not is met as an equation.
+  options.spec.at_most[MZ] = 21;
+  EXPECT_NEAR(expect_met(solid, options).body.mass_g, lightest_g, 1e-3 * lightest_g);
+  options.spec.at_most[MZ] = 18.5;
+  const TargetVerdict low = expect_met(solid, options);
+  EXPECT_EQ(low.criteria.back().name, "com_z_at_most");
+  EXPECT_NEAR(low.body.centre_of_mass_mm.z(), 18.5, 1e-3);
+  EXPECT_GT(low.body.mass_g, 1.02 * lightest_g);
+  options.spec.at_least[M1] = 14;
+  const TargetVerdict heavy = expect_met(solid, options);
+  EXPECT_NEAR(heavy.body.mass_g, 14, 2e-3);
+  EXPECT_LT(heavy.body.centre_of_mass_mm.z(), 18.5 + 1e-3);
+  // And in another frame, where neither origin nor axes are those of the mesh.
+  Job<TargetSpec> up_x = options;
+  up_x.spec.up = Eigen::Vector3d::UnitX();
+  EXPECT_NEAR(expect_met(solid, up_x).body.mass_g, 14, 2e-3);
+  options.spec.at_most[MZ] = 10;
+  const Error out_of_reach = error_of([&] { hollowed(solid, options); }, ErrorCode::goal);
+  EXPECT_TRUE(mentions(out_of_reach.what(), {"without com_z at most"})) << out_of_reach.what();
+}
+
+TEST(VerifyTarget, ABoundIsFailedOnItsOtherSideAlone) {
+  const Mesh solid = box({0, 0, 0}, {20, 20, 40});  // 19.84 g, centre at 20
+  for (const double bound : {10.0, 19.0, 19.9, 30.0}) {
+    TargetSpec spec;
+    spec.at_most[M1] = bound;
+    EXPECT_EQ(failed(verify(solid, nullptr, spec)), bound < 19.84 ? Names{"mass_at_most"} : Names{}) << bound;
+    spec = {};
+    spec.at_least[M1] = bound;
+    EXPECT_EQ(failed(verify(solid, nullptr, spec)), bound > 19.86 ? Names{"mass_at_least"} : Names{}) << bound;
+    spec = {};
+    spec.at_most[MZ] = bound;
+    EXPECT_EQ(failed(verify(solid, nullptr, spec)), bound < 19.95 ? Names{"com_z_at_most"} : Names{}) << bound;
+  }
 }
 
 TEST(HollowTarget, SaysHowNearItComes) {

@@ -13,12 +13,35 @@ namespace {
 using For = Setting::For;
 
 /// Texts that each row takes, by its name.
-const std::map<std::string, std::string> kTexts = {
-    {"up", "-x"},        {"fluid", "1.025"},     {"waterline", "12.5"}, {"submerged", "0.25"}, {"point", "1,2,3"},
-    {"center", "1,2,3"}, {"prefer", "smallest"}, {"objective", ""},     {"lambda", "0.5"},     {"gamma-c", "2"},
-    {"gamma-i", "3"},    {"axis", "auto"},       {"max-tilt", "20"},    {"target", "4,5,6"},   {"contact", "0.1"},
-    {"flatten", "0.7"},  {"mass", "80"},         {"com", "1,-,3"},      {"inertia", "1,2,-"},  {"minimise", "com_z,-ixx"},
-    {"reserve", "0.1"}};
+const std::map<std::string, std::string> kTexts = {{"up", "-x"},
+                                                   {"fluid", "1.025"},
+                                                   {"waterline", "12.5"},
+                                                   {"submerged", "0.25"},
+                                                   {"point", "1,2,3"},
+                                                   {"center", "1,2,3"},
+                                                   {"prefer", "smallest"},
+                                                   {"objective", ""},
+                                                   {"lambda", "0.5"},
+                                                   {"gamma-c", "2"},
+                                                   {"gamma-i", "3"},
+                                                   {"axis", "auto"},
+                                                   {"max-tilt", "20"},
+                                                   {"target", "4,5,6"},
+                                                   {"contact", "0.1"},
+                                                   {"flatten", "0.7"},
+                                                   {"mass", "80"},
+                                                   {"com", "1,-,3"},
+                                                   {"inertia", "1,2,-"},
+                                                   {"minimise", "com_z,-ixx"},
+                                                   {"reserve", "0.1"},
+                                                   {"stand", "z;-y"},
+                                                   {"hang", "1,2,3:x"},
+                                                   {"float", "-z:12.5;y"},
+                                                   {"roly-poly", "y"},
+                                                   {"min-tip", "20"},
+                                                   {"max-mass", "50"},
+                                                   {"at-least", "mass=3,com_z=-2"},
+                                                   {"at-most", "mass=9,ixx=4"}};
 
 /// What a row is told is what it shows, and nothing else of the spec changes.
 template <typename S>
@@ -51,6 +74,7 @@ TEST(Spec, RowsKeepWhatTheyAreTold) {
   expect_rows_keep_what_they_are_told<SpinSpec>();
   expect_rows_keep_what_they_are_told<StandSpec>();
   expect_rows_keep_what_they_are_told<TargetSpec>();
+  expect_rows_keep_what_they_are_told<PoseSpec>();
 }
 
 TEST(Spec, JudgesAskForNothingThatMakersAloneUse) {

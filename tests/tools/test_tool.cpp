@@ -348,6 +348,36 @@ TEST_F(Tool, SpinsAYoyoQuietly) {
   EXPECT_EQ(run("verify yoyo.ply --goal yoyo --center 0.5,0,0 --original egg.stl").code, 0);
 }
 
+TEST_F(Tool, PosesAreMadeAndJudgedAgain) {
+  write_mesh(folder_ / "block.obj", box({0, 0, 0}, {40, 30, 24}));
+  const Run made =
+      run("pose block.obj --stand z --stand 0,-1,0 --hang 20,15,30 --hang '10,15,12:0,0,1' --resolution 30 -v --report pose.json");
+  ASSERT_EQ(made.code, 4) << made.out;  // two points, one vertical
+  EXPECT_TRUE(mentions(made.err, {"contradict", "10.00 mm beside each other", "Without hanging from (10, 15, 12)"})) << made.err;
+  const Run good = run("pose block.obj --stand z --stand 0,-1,0 --hang 20,15.5,30 --resolution 30 -v --report pose.json");
+  ASSERT_EQ(good.code, 0) << good.err;
+  EXPECT_TRUE(
+      mentions(good.out, {"Pose 1, standing with z up: it stands", "Pose 3, hanging from (20, 15.5, 30) mm with z up: it hangs"}))
+      << good.out;
+  const std::string before = "\nto judge it again: rayrep ";
+  const std::size_t at = good.out.find(before);
+  ASSERT_NE(at, std::string::npos) << good.out;
+  const std::string line = good.out.substr(at + before.size(), good.out.find('\n', at + 1) - at - before.size());
+  EXPECT_TRUE(mentions(line, {"--goal pose", "--stand 'z;-y'", "--hang 20,15.5,30"})) << line;
+  const Run judged = run(line + " --report verify.json");
+  ASSERT_EQ(judged.code, 0) << line << "\n" << judged.err;
+  const auto pose = nlohmann::json::parse(text_of(folder_ / "pose.json"));
+  const auto verify = nlohmann::json::parse(text_of(folder_ / "verify.json"));
+  EXPECT_EQ(verify["goal"]["poses"].size(), 3u);
+  ASSERT_EQ(verify["criteria"].size(), pose["criteria"].size());
+  for (const char* key : {"mass_g", "smallest_tipping_angle_rad", "pose_3_below_mm"})
+    EXPECT_NEAR(verify["after"][key].get<double>(), pose["after"][key].get<double>(), 1e-6 * pose["after"][key].get<double>())
+        << key;
+  EXPECT_EQ(run("verify block_pose.stl --goal stand --stand z").code, 2);
+  EXPECT_EQ(run("pose block.obj").code, 2);
+  EXPECT_EQ(run("pose block.obj --hang 1,2").code, 2);
+}
+
 TEST_F(Tool, SpinTellsHowToVerifyIt) {
   const Mesh tilted = rotated(uv_ellipsoid(30, 22, 16, 24), Eigen::AngleAxisd(0.26, Eigen::Vector3d::UnitX()).toRotationMatrix());
   write_mesh(folder_ / "the egg.obj", tilted);

@@ -79,6 +79,8 @@ struct Limits {
   double simulated_tilt_rad = 0.05;  ///< largest tilt in the simulation
   // stand
   double tipping_angle_rad = 1e-6;  ///< smallest tipping angle; the default only says that the body stands
+  // roly-poly
+  double righted_tilt_rad = 0.08726646259971647;  ///< 5 degrees: where it rests lies on the facets of the mesh
   // target
   double relative = 1e-3;  ///< deviation of every wanted number, see InertialDeviation
 };
@@ -215,6 +217,7 @@ struct StandVerdict : Verdict {
 ///   supported  corners of the support polygon: at least 3
 ///   inside     smallest tipping angle, rad
 ///   offset     only with a target: over the diagonal
+///   most_mass  only with a most_mass_g: mass over it, at most 1 + relative
 /// @throws Error{usage} for a goal that makes no sense; otherwise as verify_float
 StandVerdict verify(const Mesh& delivered, const Mesh* original, const StandSpec& spec, const Limits& limits = {},
                     const Progress& progress = {});
@@ -227,7 +230,8 @@ StandState stand_state_of(const Mesh& mesh, const StandSpec& spec, const Progres
 /// The ten numbers of a body, and those wanted beside them.
 struct TargetState {
   MassProperties body;
-  std::vector<InertialDeviation> deviations;  ///< of every wanted number; lengths relative to the diagonal of the bounding box
+  std::vector<InertialDeviation> deviations;     ///< of every wanted number; lengths relative to the diagonal of the bounding box
+  std::vector<InertialDeviation> below, beyond;  ///< of at_least and at_most, as far as they are not kept, else 0
 };
 
 struct TargetVerdict : Verdict {
@@ -237,7 +241,7 @@ struct TargetVerdict : Verdict {
 
 /// Judges a delivered mesh, as the judge of floating does, by its mass, centre of mass and inertia. Criteria, in this order:
 /// closed, outer_unchanged, no_islands, no_crossings, wall and trapped_resin as there, then one for every wanted number, named by
-/// inertial_name: its deviation, relative as InertialDeviation says.
+/// inertial_name: its deviation, relative as InertialDeviation says; and for every bound, "mass_at_most", how far it is beyond.
 /// @throws Error{usage} for a goal that makes no sense; otherwise as verify_float
 TargetVerdict verify(const Mesh& delivered, const Mesh* original, const TargetSpec& spec, const Limits& limits = {},
                      const Progress& progress = {});
@@ -246,6 +250,35 @@ Figures state_figures(const Mesh& mesh, const TargetSpec& spec, const Limits& li
 
 /// The state of a body, for the "before" column.
 TargetState target_state_of(const Mesh& mesh, const TargetSpec& spec, const Progress& progress = {});
+
+/// A body as it hangs from a point.
+struct HangState {
+  double below_mm = 0;   ///< how far its centre of mass lies below the point, held upright
+  double beside_mm = 0;  ///< and how far beside the vertical through it
+  double tilt_rad = 0;   ///< at which it comes to hang, off upright
+};
+
+struct PoseVerdict : Verdict {
+  PoseSpec spec;                          ///< as in FloatVerdict
+  std::vector<Verdict> poses;             ///< each by itself, in the order of spec.poses; of the surface nothing
+  double smallest_tipping_angle_rad = 0;  ///< of all in which it stands; infinite without any
+};
+
+/// Judges a delivered mesh, as the judge of floating does, in each of its poses. Criteria, in this order: closed, outer_unchanged,
+/// no_islands, no_crossings, wall and trapped_resin as there; then of a closed mesh for pose 1, 2, ... those of the judge of
+/// standing or floating, named "pose_1_inside" and the like, of one that hangs pose_1_hangs and of one that rights itself
+/// pose_1_righted:
+///   hangs      rad: angle between up and the direction from the centre of mass to the point, at most settled_tilt_rad
+///   righted    rad: largest tilt at which it comes to rest, let go on level ground in 26 directions (righted), at most
+///              righted_tilt_rad; NaN, which fails, if it does not come to rest
+///   least_tip  last, only with a least_tip_deg: the smallest tipping angle of all, rad, at least that less 1e-4
+/// @throws Error{usage} for a goal that makes no sense; otherwise as verify_float
+PoseVerdict verify(const Mesh& delivered, const Mesh* original, const PoseSpec& spec, const Limits& limits = {},
+                   const Progress& progress = {});
+
+Figures state_figures(const Mesh& mesh, const PoseSpec& spec, const Limits& limits = {}, const Progress& progress = {});
+
+HangState hang_state_of(const MassProperties& body, const Eigen::Vector3d& point_mm, const Eigen::Vector3d& up);
 
 /// The verdict by a spec of any goal, without its typed state.
 Verdict verify(const Mesh& delivered, const Mesh* original, const Spec& spec, const Limits& limits = {},

@@ -105,6 +105,7 @@ struct StandSpec {
   /// stands without; then this is what was cut. A judge compares what is above the cut with the original.
   double flatten_mm = 0;
   Objective objective = Objective::lowest;  ///< of a maker
+  std::optional<double> most_mass_g;        ///< no heavier than this
 };
 
 /// Has given mass, centre of mass and inertia, any of them.
@@ -117,13 +118,49 @@ struct TargetSpec {
   Print print;
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< along which a maker casts its rays, unless another axis is better
   InertialTargets wanted;                         ///< in the mesh's own frame
+  InertialTargets at_least, at_most;              ///< likewise, of numbers that are not wanted
   /// What a maker minimises first, second, ... while the wanted numbers are met; then as TargetGoal says. A coordinate of the
   /// centre of mass needs the mass wanted; a moment or product of inertia needs the coordinates that it depends on, as if it were
   /// wanted.
   std::vector<InertialWish> order;
 };
 
-using Spec = std::variant<FloatSpec, SpinSpec, StandSpec, TargetSpec>;
+/// One way in which a body rests.
+struct Pose {
+  enum class Kind {
+    stands,  ///< on level ground
+    hangs,   ///< from a point
+    floats,  ///< upright
+    rights,  ///< itself from any tilt, like a roly-poly
+  };
+  Kind kind = Kind::stands;
+  std::optional<Eigen::Vector3d> up = {};   ///< what points up then; none: PoseSpec::up
+  Eigen::Vector3d point_mm = {0, 0, 0};     ///< of one that hangs
+  std::optional<double> waterline_mm = {};  ///< of one that floats, as in FloatSpec; none: a maker chooses it
+  Eigen::Vector3d up_or(const Eigen::Vector3d& usual) const { return up.value_or(usual); }
+};
+
+/// Rests in several poses, all with the same inside: stands as safely as it can, hangs, floats and rights itself with the attitudes
+/// given.
+struct PoseSpec {
+  static constexpr const char* kGoal = "pose";
+  static constexpr int kUsualResolution = 200;
+  static constexpr const char* kGroup = "Poses";
+  static constexpr const char* kMakes = "hollow MESH so that it stands, hangs and floats in several poses";
+
+  Print print;
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< of poses that do not say theirs
+  std::vector<Pose> poses;
+  double fluid_g_cm3 = 1.0;
+  std::optional<double> contact_tolerance_mm;  ///< as in StandSpec
+  /// Of a maker: it stands at least so safely, and is as light as that allows; none: as safely as it can.
+  std::optional<double> least_tip_deg;
+};
+
+using Spec = std::variant<FloatSpec, SpinSpec, StandSpec, TargetSpec, PoseSpec>;
+
+/// "standing with z up", "hanging from (0, 0, 30) mm with z up", "floating with (0, 0.6, 0.8) up"
+std::string words_of(const Pose& pose, const Eigen::Vector3d& usual_up);
 
 /// The rows that set a spec; they keep references to it. @param purpose  leaves out what the other one alone asks for
 Settings settings(Print& print, Setting::For purpose);
@@ -134,12 +171,14 @@ Settings settings(FloatSpec& spec, Setting::For purpose);
 Settings settings(SpinSpec& spec, Setting::For purpose);
 Settings settings(StandSpec& spec, Setting::For purpose);
 Settings settings(TargetSpec& spec, Setting::For purpose);
+Settings settings(PoseSpec& spec, Setting::For purpose);
 
 /// @throws Error{usage} for a spec that makes no sense, in the words of its settings
 void check(const FloatSpec& spec, Setting::For purpose);
 void check(const SpinSpec& spec, Setting::For purpose);
 void check(const StandSpec& spec, Setting::For purpose);
 void check(const TargetSpec& spec, Setting::For purpose);
+void check(const PoseSpec& spec, Setting::For purpose);
 
 /// The print of any spec, and its up direction.
 const Print& print_of(const Spec& spec);

@@ -22,7 +22,8 @@ struct Derivatives {
 struct Goal {
   Eigen::Matrix<double, Eigen::Dynamic, 10> J;  ///< a row for each constraint
   Eigen::VectorXd c_0;
-  bool affine = false;  ///< f is: its second derivatives vanish
+  Eigen::Index at_most = 0;  ///< so many of the rows, the last ones, say c(s) <= 0 instead
+  bool affine = false;       ///< f is: its second derivatives vanish
   std::function<Derivatives(const Moments&)> f;
 
   Eigen::Index constraints() const { return J.rows(); }
@@ -31,6 +32,9 @@ struct Goal {
   Moments gradient(const Moments& s) const { return f(s).gradient; }
   Matrix10 hessian(const Moments& s) const { return f(s).hessian; }
 };
+
+/// The goal with a.s + a_0 <= 0 as one more of its constraints. Scaled like the others: see Goal.
+Goal with_at_most(Goal goal, const Moments& a, double a_0);
 
 /// Minimise q.s under the constraints of `other`.
 Goal linear_goal(const Moments& q, const Goal& other);
@@ -90,6 +94,7 @@ struct TargetGoal : Goal {
   using Wish = InertialWish;
   struct Setup {
     InertialTargets wanted;
+    InertialTargets at_least, at_most;  ///< bounds, of a coordinate of the centre of mass about the origin
     double density_g_cm3 = 1.24;
     /// Completed by: mass, height, the sum of the moments of inertia, and then each of the ten.
     std::vector<Wish> order;

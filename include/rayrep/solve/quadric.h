@@ -14,7 +14,7 @@ struct QuadricSolution {
   bool infeasible = false;            ///< proven: see `separation`
   int evaluations = 0;                ///< passes over the rays
   Moments q = Moments::Zero();        ///< switching function: material is where q.phi < 0
-  Eigen::VectorXd multipliers;        ///< mu of the constraints; q = grad F + J^T mu
+  Eigen::VectorXd multipliers;        ///< mu of the constraints; q = grad F + J^T mu; those of inequalities are not negative
   Moments moments = Moments::Zero();  ///< of the whole body, constant + S(q)
   double objective = 0;               ///< goal.objective(moments)
   double residual = 0;                ///< relative KKT residual: of s = constant + S(grad F(s) + J^T mu) and of c(s) = 0
@@ -42,6 +42,11 @@ struct QuadricOptions {
 /// that fails or ends at no minimum, convex quadratic models of the objective are minimised one after the other over the attainable
 /// moments, a convex set, each by its dual, with Newton's method again from where that leads. A goal that is quasiconvex (a yo-yo,
 /// a body on a given height) has one minimum; others may have more, see certify.h.
+///
+/// Inequalities (Goal::at_most) are constraints whose multipliers are not negative: of affine goals the dual is maximised within
+/// that, and the bound is proven as without. A curved goal with inequalities is solved by minimising its gradient at the last
+/// solution over and over: for a ratio of affine functions (stand_goal) that is Dinkelbach's method and ends at the global minimum;
+/// others mostly do not converge. theory.md (70)
 /// @param rays      inner domain
 /// @param constant  moments of the rest of the body
 /// Constraints that cannot be met are a result, with proof. Where the rays' grid says that there is only so much of what fills them
@@ -65,6 +70,7 @@ struct NearestSolution {
 /// Minimises |c(s)| over all interiors on the rays by Wolfe's method for the point of least norm of a convex set: the interior with
 /// material where (J^T c).phi < 0 is the one farthest down along c, and the nearest mixture of a few such is found exactly. The
 /// interior may be of fractional density where (J^T c).phi does not depend on z. theory.md (28)
+/// @param goal  without inequalities (asserted)
 /// @param tolerance  distances below it count as attainable
 NearestSolution nearest_attainable(const Goal& goal, const RayIntegrals& rays, const Moments& constant, double tolerance);
 
