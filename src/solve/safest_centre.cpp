@@ -205,6 +205,9 @@ SafestCentre CentreSearch::solve(const CentreProblem& problem) {
     best.centre_mm = length_mm_ * point.s.tail<3>() / point.s[0];
     best.ratio = problem.smallest_ratio(best.centre_mm);
   };
+  // The last are those of the nearest problem; more make the mixtures slow to find.
+  constexpr std::size_t kept = 40;
+  if (found_.size() > kept) found_.erase(found_.begin(), found_.end() - kept);
   SafestCentre best;
   Nearest point = separated(rows_at(std::nullopt));
   keep(point, best);

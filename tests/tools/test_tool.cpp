@@ -589,7 +589,7 @@ TEST_F(Tool, VerifyRefusesOptionsOfOtherGoals) {
                                                        {"--goal stand --prefer largest", "--prefer belongs to --goal spin or yoyo"},
                                                        {"--goal spin --target 0,0,0", "--target belongs to --goal stand"},
                                                        {"--goal float --contact 1", "--contact belongs to --goal stand"},
-                                                       {"--goal swim", "--goal is float, spin, yoyo, stand or target"},
+                                                       {"--goal swim", "--goal is float, spin, yoyo, stand, target or pose"},
                                                        {"--goal spin --point 500,0", "does not meet the mesh"},
                                                        {"--goal spin --point 1", "--point takes"},
                                                        {"--goal yoyo --center 1,2", "--center takes"},
@@ -897,8 +897,8 @@ TEST_F(Tool, ManPageAndCompletionKnowEveryOption) {
 }
 
 TEST_F(Tool, HelpFitsAScreen) {
-  for (const char* arguments : {"--help", "float --help", "spin --help", "stand --help", "target --help", "verify --help",
-                                "measure --help", "inspect --help"}) {
+  for (const char* arguments : {"--help", "float --help", "spin --help", "stand --help", "target --help", "pose --help",
+                                "verify --help", "measure --help", "inspect --help"}) {
     const Run result = run(arguments);
     EXPECT_EQ(result.code, 0);
     EXPECT_EQ(result.err, "");

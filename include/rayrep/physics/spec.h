@@ -146,7 +146,7 @@ struct PoseSpec {
   static constexpr const char* kGoal = "pose";
   static constexpr int kUsualResolution = 200;
   static constexpr const char* kGroup = "Poses";
-  static constexpr const char* kMakes = "hollow MESH so that it stands, hangs and floats in several poses";
+  static constexpr const char* kMakes = "hollow MESH for several poses: stands, hangs, floats";
 
   Print print;
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< of poses that do not say theirs
