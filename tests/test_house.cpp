@@ -28,6 +28,7 @@ const std::map<std::string, std::set<std::string>> kFolders = {
     {"rays", {"base", "mesh", "physics"}},
     {"solve", {"base", "mesh", "physics", "rays"}},
     {"make", {"base", "mesh", "physics", "rays", "solve"}},
+    {"shape", {"base", "mesh", "physics", "rays", "solve", "make"}},
     {"print", {"base", "mesh", "io", "physics"}},
     {"judge", {"base", "mesh", "io", "physics"}},
     {"advice", {"base", "mesh", "physics", "rays", "solve", "make", "judge"}},

@@ -42,6 +42,8 @@
 
 #include "rayrep/make/hollow.h"              // the inside that meets a goal
 
+#include "rayrep/shape/deform.h"             // an outside that makes a goal possible
+
 #include "rayrep/print/slicer.h"             // a slicer, run as a program
 #include "rayrep/print/place_print.h"        // where in a print the mesh is
 

@@ -239,6 +239,10 @@ std::string to_json(const RunReport& report) {
   if (!report.output.empty()) json["output"] = {{"path", report.output}, {"triangles", report.delivered_triangles}};
   if (!report.changed.empty()) json["changed"] = report.changed;
   if (report.insert) json["insert"] = {{"path", report.insert->path}, {"mass_properties", mass_json(report.insert->mass)}};
+  if (report.outside) {
+    json["outside"] = {{"path", report.outside->path}, {"note", report.outside->note}};
+    add(report.outside->changes, json["outside"]);
+  }
   if (!report.dense_output.empty()) json["phases"] = {{"dense", report.dense_output}, {"sparse", report.sparse_output}};
   if (!report.pauses_mm.empty()) json["pauses_mm"] = report.pauses_mm;
   if (report.hollow && !report.hollow->balls.empty()) {

@@ -253,6 +253,7 @@ std::string to_text(const RunReport& report, bool verbose) {
   text += "\n";
   if (!report.changed.empty()) text += wrapped("Changed, as --allow lets: " + report.changed + ".");
   for (const std::string& sentence : verdict.meaning) text += wrapped(sentence);
+  if (report.outside) text += "\n" + wrapped("note: " + report.outside->note);
   text += "\n" + verdict.headline + "\n\n";
   text += figures_text(report.hollow ? &report.before : nullptr, verdict.figures) + criteria_text(verdict);
   if (report.hollow) text += making_text(*report.hollow) + slices_text(*report.hollow);
@@ -296,6 +297,7 @@ std::string printing_text(const RunReport& report) {
         "at 100 % infill, with supports on the build plate only (automatic supports fill the cavity). A 3MF output (-o NAME.3mf) "
         "carries both";
   }
+  if (report.outside) text += format(". %s is the outside that it has now", report.outside->path);
   if (!report.dense_output.empty())
     text += format(". %s is what is solid, %s what is sparse", report.dense_output, report.sparse_output);
   if (report.insert) text += ". " + insert_text(report);

@@ -259,6 +259,31 @@ Setting fixed_row(Options& options, const char* details) {
           .repeated = true};
 }
 
+Setting deform_fixed_row(Options& options) {
+  const auto add = [&options](const std::string& text) {
+    std::error_code ignored;
+    if (std::filesystem::exists(text, ignored))
+      options.deform_fixed.emplace_back(text);
+    else
+      options.deform.fixed.push_back(parse_region(text));
+  };
+  const auto show = [&options] {
+    std::string text;
+    for (const Region3& region : options.deform.fixed) text += (text.empty() ? "" : "; ") + shown(region);
+    for (const auto& path : options.deform_fixed) text += (text.empty() ? "" : "; ") + path.string();
+    return text.empty() ? std::string("none") : text;
+  };
+  return {.name = "deform-fixed",
+          .value = "REGION",
+          .words = "what does not move: X,Y,Z,X,Y,Z (box), X,Y,Z,R (ball) or a mesh",
+          .details =
+              "Two opposite corners of a box, the centre and radius of a ball, or a closed mesh that encloses it; in mm, "
+              "where it is in the body (--unit and --size do not move it). The motion fades around it. May be given several "
+              "times.",
+          .place = TextPlace{add, show},
+          .repeated = true};
+}
+
 Settings inertial_files(Options& options) {
   return {
       {.name = "urdf",
@@ -433,10 +458,14 @@ std::vector<Group> hollow_groups(Options& options) {
       "A magnet, bolt, coin or motor: a mesh in mm, where it is in the finished body (--unit and --size do not move it), "
       "with room for play if it needs any. Its room is kept free, and the wall from the surface and from cavities. May be "
       "given several times."));
+  Group outside{"Changing the outside", settings(options.deform)};
+  outside.settings.insert(outside.settings.begin() + 1, deform_fixed_row(options));
   Group files{"Files", output_rows(options)};
   append(files.settings, common_rows(options, true));
   if (std::holds_alternative<TargetSpec>(options.spec)) append(files.settings, inertial_files(options));
-  return {mesh, goal, making, infill, core, {"The slicer", slicer_rows(options)}, files};
+  std::vector<Group> groups = {mesh, goal, making, infill, core, {"The slicer", slicer_rows(options)}, files};
+  if (!std::holds_alternative<TargetSpec>(options.spec)) groups.insert(groups.end() - 2, outside);
+  return groups;
 }
 
 std::vector<Group> verify_groups(Options& options) {
@@ -757,6 +786,7 @@ void choose_output(Options& options) {
   };
   const Print& print = print_of(options.spec);
   if (print.core.wanted() || print.balls.wanted()) options.insert_output = beside(print.core.wanted() ? "_core" : "_balls");
+  if (options.deform.limit_mm) options.outside_output = beside("_outside");
   if (options.phases) {
     options.dense_output = beside("_dense");
     options.sparse_output = beside("_sparse");
@@ -801,7 +831,7 @@ double Options::insert_density() const {
 
 std::vector<std::filesystem::path> Options::meshes() const {
   std::vector<std::filesystem::path> written;
-  for (const auto& mesh : {output, insert_output, dense_output, sparse_output})
+  for (const auto& mesh : {output, insert_output, outside_output, dense_output, sparse_output})
     if (!mesh.empty()) written.push_back(mesh);
   return written;
 }
@@ -813,6 +843,7 @@ void refuse_overwriting(const Options& options) {
   };
   std::vector<std::filesystem::path> read = {options.input, options.original};
   for (const FixedFile& file : options.fixed) read.push_back(file.path);
+  read.insert(read.end(), options.deform_fixed.begin(), options.deform_fixed.end());
   const std::vector<std::filesystem::path> written = options.meshes();
   for (const auto& output : written)
     for (const auto& input : read)

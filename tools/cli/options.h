@@ -14,6 +14,7 @@
 #include "rayrep/physics/spec.h"
 #include "rayrep/print/place_print.h"
 #include "rayrep/print/slicer.h"
+#include "rayrep/shape/deform.h"
 
 namespace rayrep::tool {
 
@@ -48,6 +49,8 @@ struct Options {
   double turned_deg = 0;         ///< by which it is turned on the bed
   std::vector<FixedFile> fixed;  ///< hollow, verify: in mm, in the place where they are in the body
   HollowOptions hollow;
+  DeformOptions deform;                             ///< without a limit the outside stays as it is
+  std::vector<std::filesystem::path> deform_fixed;  ///< meshes, in mm, where they are in the body: what lies in them does not move
 
   SlicerOptions slicer;                   ///< hollow: no program: the mesh alone
   std::filesystem::path gcode;            ///< of the slicer; empty: the output's name
@@ -57,6 +60,7 @@ struct Options {
 
   std::filesystem::path output;                       ///< empty: the default name
   std::filesystem::path insert_output;                ///< of a heavy core or balls; empty: there are none
+  std::filesystem::path outside_output;               ///< where the outside may be deformed
   bool phases = false;                                ///< of infill: write what is dense and what is sparse as meshes, too:
   std::filesystem::path dense_output, sparse_output;  ///< empty: they are not written
   ThreeMfFlavor flavor = ThreeMfFlavor::prusa;

@@ -234,8 +234,8 @@ std::filesystem::path numbered(const std::filesystem::path& path, std::size_t nu
 /// The options for one body of many.
 Options options_for(const Options& options, std::size_t number) {
   Options one = options;
-  for (std::filesystem::path* path :
-       {&one.output, &one.insert_output, &one.dense_output, &one.sparse_output, &one.report, &one.urdf, &one.mjcf, &one.gcode})
+  for (std::filesystem::path* path : {&one.output, &one.insert_output, &one.outside_output, &one.dense_output, &one.sparse_output,
+                                      &one.report, &one.urdf, &one.mjcf, &one.gcode})
     *path = numbered(*path, number);
   refuse_overwriting(one);
   require_outputs(one);
@@ -281,9 +281,13 @@ std::string judged_again(const Options& options, const RunReport& report, bool w
   if (!report.hollow->slices.empty() && !report.print) return "";
   Options judging = options;
   judging.placing.print_direction = options.slicer.print_direction;
+  if (report.outside) {  // in millimetres, of its final size
+    judging.input = report.outside->path;
+    judging.size_mm.reset();
+  }
   const std::string what = report.print ? report.print->path : report.output;
-  return "\nto judge it again: " + printable(judging_command(judging, report.hollow->spec, what, with_original || report.print)) +
-         "\n";
+  return "\nto judge it again: " +
+         printable(judging_command(judging, report.hollow->spec, what, with_original || report.print || report.outside)) + "\n";
 }
 
 /// The bodies that are not printed. @throws Error{input} for one that is not closed
@@ -300,7 +304,7 @@ std::vector<Part> read_fixed(const Options& options, const Progress& progress) {
 
 struct ToDeliver {
   const Options& options;
-  const Mesh& solid;
+  const Mesh& solid;           ///< its outside may have been changed: RunReport::outside
   const SlicedBodies* sliced;  ///< null: the mesh alone is judged
 };
 
@@ -361,11 +365,15 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
                      connected_components(made.mesh).count};
     put_in.push_back(std::move(made));
   }
+  Mesh outside;
+  if (report.outside) outside = read_mesh(companions.write(report.outside->path, solid), kAnySize).mesh;
+  const Mesh& original = report.outside ? outside : solid;
   progress.begin("verify");
   Delivery delivered = delivery_of(read_mesh(pending.path(), kAnySize), print_of(hollow.spec).infill.percent_laid_down);
   delivered.parts.insert(delivered.parts.end(), put_in.begin(), put_in.end());
-  report.after = sliced ? sliced->judged(delivered, solid, report, progress) : verify(delivered, &solid, hollow.spec, {}, progress);
-  report.before = state_figures(solid, hollow.spec, {}, progress);
+  report.after =
+      sliced ? sliced->judged(delivered, original, report, progress) : verify(delivered, &original, hollow.spec, {}, progress);
+  report.before = state_figures(original, hollow.spec, {}, progress);
   report.timings_s = stages.finish();
   report.peak_memory_mb = peak_memory_mb();
   if (!report.after.pass()) {
@@ -424,6 +432,22 @@ HollowOptions hollow_options(const Options& options, const Progress& progress) {
   return how;
 }
 
+/// The solid, or with its outside deformed where that is allowed and takes it.
+Mesh outside_for(const Options& options, const Mesh& solid, const HollowOptions& how, RunReport& report, const Progress& progress) {
+  if (!options.deform.limit_mm) return solid;
+  DeformOptions deforming = options.deform;
+  for (const auto& path : options.deform_fixed) {
+    CheckedMesh region =
+        check_mesh(read_mesh(path, {.memory_bytes = options.memory_bytes}).mesh, {.self_intersections = false}, progress);
+    if (!region.report.usable) throw Error(ErrorCode::input, path.string() + ": " + region.report.refusal);
+    deforming.fixed.emplace_back(std::move(region.mesh));
+  }
+  const Deformation deformation = deform(solid, options.spec, how, deforming, progress);
+  if (!deformation.changed) return solid;
+  report.outside = {options.outside_output.string(), deformation.figures(), deformation.words()};
+  return as_stored(options.outside_output, deformation.mesh);
+}
+
 void hollow_one(const Options& options, const ReadMesh& input, Stages& stages, const Progress& progress) {
   const Mesh& solid = input.checked.mesh;
   require_room_for_wall(options, solid);
@@ -434,8 +458,9 @@ void hollow_one(const Options& options, const ReadMesh& input, Stages& stages, c
     sliced.emplace(options, progress);
     how.as_printed = [&sliced](const Delivery& delivery) { return sliced->slice(delivery); };
   }
-  report.hollow = hollow(solid, options.spec, how, progress);
-  deliver({options, solid, sliced ? &*sliced : nullptr}, report, stages, progress);
+  const Mesh outside = outside_for(options, solid, how, report, progress);
+  report.hollow = hollow(outside, options.spec, how, progress);
+  deliver({options, outside, sliced ? &*sliced : nullptr}, report, stages, progress);
   write_inertial(options, report.after.body);
 }
 

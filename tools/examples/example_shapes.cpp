@@ -288,6 +288,28 @@ ExampleShape sumo() {
   return {"sumo", field, {Vector3d(-40, -55, -4), Vector3d(45, 55, 98)}, 1.6};
 }
 
+/// Two dancers who hold hands and lean apart, the heavier one much farther, with their feet close together: no cavity makes them
+/// stand.
+ExampleShape couple() {
+  const auto field = [](const Vector3d& p) {
+    const Vector3d q = mirrored(p);
+    double heavy = round_cone(p, {-22, 0, 33}, 7, {-43, 0, 50}, 8);
+    heavy = blend(heavy, round_cone(q, {5, 6, 5}, 3.2, {-20, 4.5, 31}, 5), 5);
+    heavy = blend(heavy, ellipsoid(q - Vector3d(7, 6, 2), {6, 3.6, 4.5}), 3);
+    heavy = blend(heavy, round_cone(p, {-44, 0, 52}, 4.5, {-51, 0, 62}, 4), 4);
+    heavy = blend(heavy, sphere(p, {-53, 0, 66}, 7.5), 3);
+    heavy = blend(heavy, round_cone(q, {-41, 7, 53}, 3.4, {-2, 6, 55}, 2.6), 4);
+    double light = round_cone(p, {22, 0, 33}, 5, {25, 0, 52}, 5.5);
+    light = blend(light, round_cone(q, {20, 5.5, 4}, 2.8, {21.5, 3.6, 31}, 3.8), 4);
+    light = blend(light, ellipsoid(q - Vector3d(20, 5.5, 2), {5.5, 3.2, 4.5}), 3);
+    light = blend(light, round_cone(p, {25, 0, 54}, 3.6, {26, 0, 63}, 3.2), 4);
+    light = blend(light, sphere(p, {26.5, 0, 67}, 6), 3);
+    light = blend(light, round_cone(q, {24, 5, 53.5}, 2.8, {-2, 6, 55}, 2.6), 3);
+    return blend_cut(blend(heavy, light, 2), -p.z(), 0.5);
+  };
+  return {"couple", field, {Vector3d(-72, -28, -4), Vector3d(40, 28, 90)}, 1.3};
+}
+
 /// A heart in the xz plane that stands on its blunted point.
 ExampleShape heart() {
   const auto field = [](const Vector3d& p) {
@@ -442,7 +464,7 @@ void flip_edges(const ExampleShape& shape, Mesh& mesh) {
 }  // namespace
 
 std::vector<ExampleShape> example_shapes() {
-  return {duck(), bird(), three_spheres(), tilted_ellipsoid(), heart(), teapot(), plump_ellipsoid(), robin(), sumo()};
+  return {duck(), bird(), three_spheres(), tilted_ellipsoid(), heart(), teapot(), plump_ellipsoid(), robin(), sumo(), couple()};
 }
 
 Mesh mesh_example(const ExampleShape& shape) {

@@ -60,6 +60,13 @@ struct RunReport {
     int pieces = 1;
   };
   std::optional<Insert> insert;
+  /// The outside that was changed so that the goal can be met: what the output was judged against.
+  struct Outside {
+    std::string path;
+    Figures changes;
+    std::string note;
+  };
+  std::optional<Outside> outside;
   std::string dense_output, sparse_output;  ///< paths of the two phases of infill; empty: not written
   std::vector<double> pauses_mm;            ///< of the print, to put in what is fixed
   std::size_t delivered_triangles = 0;
