@@ -75,12 +75,11 @@ public:
     for (int step = 0; step < most_steps; ++step) {
       const LeastEnergy least = least_energy(cage(), from);
       const Handles way = least.handles - from.handles;
-      const double change = std::sqrt(cage().energy(way));
-      const double size = std::sqrt(cage().energy(least.handles));
-      const double largest = change_between(original, from.mesh).largest_mm;
-      if (from.worst < kClose && change <= 0.04 * size && largest < limit_mm) break;
       price_ = std::max(price_, 1.5 * least.price);
       const double before = merit(from);
+      const double to_gain = before - 0.5 * cage().energy(least.handles);
+      if (from.worst < kClose && std::abs(to_gain) <= 0.02 * before && change_between(original, from.mesh).largest_mm < limit_mm)
+        break;
       Look next = outside_.look(from.handles + part_ * way, from.cuts);
       const double foretold = before - (0.5 * cage().energy(next.handles) + (1 - part_) * price_ * from.worst);
       const double gained = before - merit(next);
@@ -152,12 +151,24 @@ private:
   double price_ = 0;
 };
 
-/// Why it cannot be done as it is; empty: it can. @param rays  how many
-std::string refusal(const Mesh& mesh, const Spec& spec, const HollowOptions& options, const Progress& progress) {
+/// What a spin's ratio of moments lacks of `margin`, if it is solved for: a plan asks for the least sum of squares of the lateral
+/// moments, of which one may be more than the axial one by a hair.
+std::string too_close(const Plan& plan, double margin) {
+  const SpinSpec* spin = std::get_if<SpinSpec>(&plan.spec);
+  const Moments& s = plan.setup.warm.moments;
+  if (!spin || !(s[M1] > 0)) return {};
+  const bool largest = spin->prefer == AxisClass::largest;
+  const SpinState state = spin_state(mass_properties(s, 1), Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ());
+  const double ratio = largest ? state.ratio_larger : state.ratio_smaller;
+  if ((largest ? ratio - 1 : 1 - ratio) >= margin) return {};
+  return "The ratio of its moments of inertia would be " + number(ratio, 4) + ", too close to 1.";
+}
+
+/// Why it cannot be done as it is; empty: it can. @param margin  that a spin's ratio of moments is to have
+std::string refusal(const Mesh& mesh, const Spec& spec, const HollowOptions& options, double margin, const Progress& progress) {
   const Progress quiet{.stage = {}, .cancelled = progress.cancelled};
   try {
-    std::visit([&](const auto& s) { plan(mesh, s, options, quiet); }, spec);
-    return {};
+    return std::visit([&](const auto& s) { return too_close(plan(mesh, s, options, quiet), margin); }, spec);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::goal) throw;
     return error.what();
@@ -243,7 +254,7 @@ Deformation deform(const Mesh& solid, const Spec& spec, const HollowOptions& opt
   result.diagonal_mm = bounding_box(solid).diagonal().norm();
   const double limit_mm = how.limit_mm.value_or(0.1 * result.diagonal_mm);
   result.mesh = solid;
-  result.refusal = detail::refusal(solid, spec, options, progress);
+  result.refusal = detail::refusal(solid, spec, options, 0, progress);
   if (result.refusal.empty()) return result;
 
   detail::Pressed foot{solid};
@@ -253,7 +264,8 @@ Deformation deform(const Mesh& solid, const Spec& spec, const HollowOptions& opt
   detail::OutsideSearch search({foot.mesh, detail::frame_of(foot.mesh, spec, options, progress), spec, options, how}, progress);
   detail::Look best = search.first();
   std::string why;
-  double margin = detail::margin_of(how, spec);
+  const double asked = detail::margin_of(how, spec);
+  double margin = asked;
   double room = detail::kRoom;
   for (int round = 0; round < 3; ++round) {
     best = search.search(std::move(best), solid, limit_mm);
@@ -269,7 +281,7 @@ Deformation deform(const Mesh& solid, const Spec& spec, const HollowOptions& opt
                                  shown(100 * best.distance / std::max(result.violation_before, 1e-12), 2) + " % of what it did. "
                            : "it takes more. ") +
                       moved + ".");
-    why = detail::refusal(result.mesh, spec, options, progress);
+    why = detail::refusal(result.mesh, spec, options, 0.3 * asked, progress);
     if (why.empty()) break;
     margin *= 1.5;
     room *= 2;

@@ -39,7 +39,7 @@ HollowOptions with_rays(int resolution) {
 Mesh blob(unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
-  const Vector3d radii(24 + 6 * uniform(random), 20 + 5 * uniform(random), 22 + 6 * uniform(random));
+  const Vector3d radii(29 + 3 * uniform(random), 18 + 3 * uniform(random), 22 + 4 * uniform(random));
   const Vector3d bump(14 * uniform(random), 14 * uniform(random), 16 * uniform(random));
   const double size = 9 + 3 * uniform(random);
   const auto field = [=](const Vector3d& p) {
@@ -112,13 +112,13 @@ TEST_P(Derivative, OfWhatIsAttainableAgreesWithDifferences) {
     floats.submerged_volume_fraction = 0.55;
     spec = floats;
   }
-  print_of(spec).wall_mm = 3;
+  print_of(spec).wall_mm = 2;
   const Eigen::Affine3d frame = frame_for(mesh, spec);
   if (goal == std::string("stand"))  // a foot to stand on
     for (auto& v : mesh.vertices) v.z() = std::max(v.z(), 4 - frame.translation().z());
   HollowOptions options;
   DeformOptions how;
-  how.resolution = 300;
+  how.resolution = std::string(goal) == "float" ? 600 : 300;  // the plane that cuts its cavity is seen by fewer rays
   detail::Outside outside({mesh, frame_for(mesh, spec), spec, options, how}, {});
   outside.ask(0.02, 0);
   const detail::Handles rest = detail::Handles::Zero(outside.cage().handles(), 3);
@@ -130,10 +130,12 @@ TEST_P(Derivative, OfWhatIsAttainableAgreesWithDifferences) {
   detail::Handles steepest = outside.cage().compliant(cut.slope);
   steepest /= std::sqrt(outside.cage().energy(steepest));
   const detail::Handles motion = 0.8 * steepest + 0.6 * random_motion(outside.cage(), body);
-  constexpr double step = 0.4;  // mm
-  const double above = outside.look(rest + step * motion, at_rest.cuts).cuts.front().value;
-  const double below = outside.look(rest - step * motion, at_rest.cuts).cuts.front().value;
-  const double differences = (above - below) / (2 * step);
+  const auto difference = [&](double step_mm) {
+    const double above = outside.look(rest + step_mm * motion, at_rest.cuts).cuts.front().value;
+    const double below = outside.look(rest - step_mm * motion, at_rest.cuts).cuts.front().value;
+    return (above - below) / (2 * step_mm);
+  };
+  const double differences = (4 * difference(0.4) - difference(0.8)) / 3;  // free of third derivatives
   EXPECT_NEAR(cut.slope.cwiseProduct(motion).sum() / differences, 1, 1e-3);
 }
 

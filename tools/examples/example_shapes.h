@@ -19,7 +19,7 @@ struct ExampleShape {
   double spacing_mm = 1;                                ///< of the samples, and about the length of the mesh's edges
 };
 
-/// duck, bird, three_spheres, tilted_ellipsoid, heart, teapot, ellipsoid, robin, sumo.
+/// duck, bird, three_spheres, tilted_ellipsoid, heart, teapot, ellipsoid, robin, sumo, couple.
 std::vector<ExampleShape> example_shapes();
 
 /// The shape's surface: meshed by OpenVDB, then relaxed on the zero set so that triangles are even, small features get the smaller

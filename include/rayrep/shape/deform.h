@@ -38,7 +38,7 @@ struct DeformOptions {
   /// 0.06), the ratio of a spin's moments less 1, a float's metacentric height over the height of the body (none: 0.02).
   std::optional<double> margin = {};
   int cells = 7;            ///< of the cage, along the longest side, 3 to 16
-  double stiffness = 0.12;  ///< over the diagonal: bends on a shorter length are resisted more than shifts, see theory.md (63)
+  double stiffness = 0.08;  ///< over the diagonal: what bends within that length is resisted more than what shifts, theory.md (63)
   int resolution = 80;      ///< rays along the longest side while the outside is searched, 20 to 400
 };
 
