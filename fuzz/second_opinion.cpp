@@ -341,6 +341,26 @@ Objection speaks_against(const rayrep::TargetSpec& spec, const Weighed& weighed)
   return {};
 }
 
+Objection speaks_against(const rayrep::PoseSpec& spec, const Weighed& weighed) {
+  for (const rayrep::Pose& pose : spec.poses) {
+    const Eigen::Vector3d up = pose.up_or(spec.up);
+    if (pose.kind == rayrep::Pose::Kind::stands) {
+      rayrep::StandSpec stand;
+      stand.up = up;
+      stand.contact_tolerance_mm = spec.contact_tolerance_mm;
+      if (auto why = speaks_against(stand, weighed)) return why;
+    }
+    if (pose.kind == rayrep::Pose::Kind::hangs) {
+      const Frame frame = frame_along(point(up));
+      const Point arm = point(pose.point_mm) - weighed.body.centre;
+      const Real most = (weighed.limits.offset_over_diagonal + kSlack) * weighed.delivered.diagonal;
+      if (!(norm(arm - dot(arm, frame.z) * frame.z) <= most)) return "the centre of mass is beside the string";
+      if (!(dot(arm, frame.z) > 0)) return "it hangs upside down";
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 Objection objection(const Mesh& delivered, const Mesh* original, const rayrep::Spec& spec, const Limits& limits) {
