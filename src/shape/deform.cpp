@@ -71,7 +71,7 @@ public:
   /// or goes a part of that way, as far as energy plus price times the worst cut falls as foretold.
   /// @param limit_mm  of the displacement from `original`
   Look search(Look from, const Mesh& original, double limit_mm) {
-    constexpr int most_steps = 24;
+    constexpr int most_steps = 18;
     for (int step = 0; step < most_steps; ++step) {
       const LeastEnergy least = least_energy(cage(), from);
       const Handles way = least.handles - from.handles;
@@ -175,6 +175,14 @@ std::string refusal(const Mesh& mesh, const Spec& spec, const HollowOptions& opt
   }
 }
 
+/// The part of a mesh that is lower than `by_mm` pressed to next to nothing; in order, so that nothing crosses.
+Mesh pressed(const Mesh& upright, double by_mm, double left_mm, const std::vector<double>& free) {
+  Mesh mesh = upright;
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    if (double& z = mesh.vertices[v].z(); z < by_mm && free[v] > 0) z = by_mm - left_mm * (1 - z / by_mm);
+  return mesh;
+}
+
 /// A stand's lowest points pressed up until they are a foot on which it can stand with the margin.
 struct Pressed {
   Mesh mesh;
@@ -188,14 +196,12 @@ Pressed pressed_foot(const Mesh& solid, const StandSpec& spec, const DeformOptio
   const double needed_mm = 1.2 * margin_of(how, spec) * s[MZ] / s[M1];
   const std::vector<double> free = freedom_beside(how.fixed, solid, 0);
   for (double by_mm = 0; by_mm <= limit_mm; by_mm = std::max(0.5 * tolerance_mm, 1.25 * by_mm)) {
-    Mesh trial = upright;
-    for (std::size_t v = 0; v < trial.vertices.size(); ++v)
-      if (free[v] > 0) trial.vertices[v].z() = std::max(trial.vertices[v].z(), by_mm);
+    const Mesh trial = by_mm > 0 ? pressed(upright, by_mm, std::min(0.02 * tolerance_mm, 0.1 * by_mm), free) : upright;
     const SupportPolygon polygon = support_polygon(outer_hull(trial), tolerance_mm);
-    if (polygon.corners_mm.size() < 3) continue;
+    // Not one that the least change would make a tip again.
+    if (polygon.corners_mm.size() < 3 || support_polygon(outer_hull(trial), 1.3 * tolerance_mm).corners_mm.size() < 3) continue;
     const std::vector<double> distances = polygon.edge_distances_mm(polygon.safest_point_mm());
     if (*std::min_element(distances.begin(), distances.end()) < needed_mm) continue;
-    if (by_mm == 0) return {solid, 0};
     Pressed result{solid, by_mm};
     const Eigen::Vector3d up = frame.linear().transpose().col(2);
     for (std::size_t v = 0; v < trial.vertices.size(); ++v)
@@ -222,6 +228,8 @@ std::size_t crossings(const Mesh& mesh, const Progress& progress) {
 void require_sense(const DeformOptions& how, const Spec& spec) {
   DeformOptions copy = how;
   rayrep::check(settings(copy));
+  if (how.resolution < 20 || how.resolution > 400 || !(how.stiffness > 0 && how.stiffness < 1))
+    throw Error(ErrorCode::usage, "To deform takes 20 to 400 rays and a stiffness between 0 and 1.");
   if (std::holds_alternative<TargetSpec>(spec))
     throw Error(ErrorCode::usage, "The outside is not deformed for given numbers: --deform-limit is for float, spin and stand.");
 }

@@ -223,7 +223,7 @@ private:
 
   /// Where least is missing; of several with nothing missing the one in the middle.
   double best_plane(const Body& body, const PreparedHull& hull) const {
-    constexpr int steps = 40;
+    constexpr int steps = 24;
     const Eigen::AlignedBox3d box = bounding_box(body.working);
     const double most = (1 - spec_.reserve) * mesh_moments(body.hull)[M1];
     const auto missing = [&](double height) {
@@ -245,7 +245,7 @@ private:
     double step = 0.5;
     double at = best;
     double least = found[static_cast<std::size_t>(best)];
-    for (; step > 1e-4; step *= 0.5)
+    for (; step > 0.01; step *= 0.5)
       for (const double n : {at - step, at + step})
         if (const double value = missing(height(n)); value < least) {
           least = value;

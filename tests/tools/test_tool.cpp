@@ -1058,6 +1058,42 @@ TEST_F(Tool, ACoreIsAFileOfItsOwn) {
   EXPECT_TRUE(mentions(beside.err, {"inserts_fit"}));
 }
 
+TEST_F(Tool, AnOutsideThatWasDeformedIsAFileOfItsOwnAndIsTold) {
+  const std::filesystem::path original = std::filesystem::path(RAYREP_SOURCE_DIR) / "examples/couple.stl";
+  const std::string couple = "stand " + original.string() + " -o c.stl --resolution 60 --no-advice ";
+  EXPECT_EQ(run(couple).code, 4);
+  const Run little = run(couple + "--deform-limit 0.05");
+  EXPECT_EQ(little.code, 4);
+  EXPECT_TRUE(mentions(little.err, {"at most 0.05 mm (--deform-limit)"})) << little.err;
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "c_outside.stl"));
+
+  const Run made = run(couple + "--deform-limit 5 --deform-fixed -70,-30,60,-40,30,80 --report r.json -v");
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_TRUE(mentions(made.out, {"the outside was changed", "c_outside.stl is the outside"}));
+  const auto outside = nlohmann::json::parse(text_of(folder_ / "r.json"))["outside"];
+  EXPECT_EQ(outside["path"], "c_outside.stl");
+  EXPECT_GT(outside["largest_mm"].get<double>(), outside["rms_mm"].get<double>());
+  EXPECT_LE(outside["largest_mm"].get<double>(), 5);
+  // What was fixed is where it was, corner by corner.
+  const Mesh before = read_mesh(original).mesh;
+  const Mesh after = read_mesh(folder_ / "c_outside.stl").mesh;
+  ASSERT_EQ(before.vertices.size(), after.vertices.size());
+  const Eigen::AlignedBox3d fixed(Eigen::Vector3d(-70, -30, 60), Eigen::Vector3d(-40, 30, 80));
+  for (std::size_t v = 0; v < before.vertices.size(); ++v)
+    if (fixed.contains(before.vertices[v])) {
+      ASSERT_EQ(before.vertices[v], after.vertices[v]);
+    }
+  // It is what the result is judged by, and the outside as it was is not.
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(made.out, found, std::regex("to judge it again: rayrep (.*)"))) << made.out;
+  EXPECT_TRUE(mentions(found[1].str(), {"--original c_outside.stl"}));
+  EXPECT_EQ(run(found[1].str()).code, 0) << found[1].str();
+  EXPECT_EQ(run(std::regex_replace(found[1].str(), std::regex("--original [^ ]*"), "--original " + original.string())).code, 4);
+
+  EXPECT_EQ(run("target egg.stl --mass 3 --deform-limit 3").code, 2);
+  EXPECT_TRUE(mentions(run(couple + "--deform-limit 3 --deform-fixed 1,2").err, {"--deform-fixed takes a box"}));
+}
+
 TEST_F(Tool, WhatIsFixedInsideCounts) {
   write_mesh(folder_ / "coin.stl", moved(cylinder(6, 2, 32), {4, 2, -10}));
   const std::string egg = "float egg.stl --resolution 40 ";
