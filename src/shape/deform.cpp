@@ -248,6 +248,16 @@ Deformation outcome(const OutsideSearch& search, const Look& last, Deformation r
   return result;
 }
 
+/// That the limit does not allow it.
+Error beyond(const Deformation& result, const Look& last, double limit_mm) {
+  const double left = last.distance / std::max(result.violation_before, 1e-12);
+  return {ErrorCode::goal, result.refusal + " Nor can it with an outside that is deformed by at most " + number(limit_mm, 2) +
+                               " mm (--deform-limit): where the search ended it had moved by " + number(result.largest_mm, 2) +
+                               " mm at most and " + number(result.rms_mm, 2) + " mm in the root mean square, and " +
+                               (last.distance > 0 ? shown(100 * left, 2) + " % was left of what it falls short by as it is."
+                                                  : std::string("it takes so much."))};
+}
+
 }  // namespace
 }  // namespace detail
 
@@ -278,24 +288,17 @@ Deformation deform(const Mesh& solid, const Spec& spec, const HollowOptions& opt
   for (int round = 0; round < 3; ++round) {
     best = search.search(std::move(best), solid, limit_mm);
     result = detail::outcome(search, best, std::move(result), solid);
-    const std::string moved = "The outside moves by " + number(result.largest_mm, 2) + " mm at most and " +
-                              number(result.rms_mm, 2) + " mm (root mean square) then";
-    if (result.largest_mm > limit_mm || best.worst > 5e-3)
-      throw Error(ErrorCode::goal,
-                  result.refusal + " Nor can it with an outside that is deformed by at most " + number(limit_mm, 2) +
-                      " mm (--deform-limit): " +
-                      (best.worst > 5e-3
-                           ? "where the search ended it still falls short by " +
-                                 shown(100 * best.distance / std::max(result.violation_before, 1e-12), 2) + " % of what it did. "
-                           : "it takes more. ") +
-                      moved + ".");
+    if (result.largest_mm > limit_mm || best.worst > std::max(1e-3, 0.1 * result.violation_before))
+      throw detail::beyond(result, best, limit_mm);
     why = detail::refusal(result.mesh, spec, options, 0.3 * asked, progress);
     if (why.empty()) break;
     margin *= 1.5;
     room *= 2;
     best = search.raise(margin, room, best);
   }
-  if (!why.empty()) throw Error(ErrorCode::goal, result.refusal + " Nor with its outside deformed: " + why);
+  if (!why.empty())
+    throw Error(ErrorCode::goal, result.refusal + " With its outside deformed by at most " + number(result.largest_mm, 2) +
+                                     " mm it is nearly so, but on all rays: " + why);
   if (detail::crossings(result.mesh, progress) > detail::crossings(solid, progress))
     throw Error(ErrorCode::goal, result.refusal + " With its outside deformed by " + number(result.largest_mm, 2) +
                                      " mm it could, but the surface would cross itself.");
