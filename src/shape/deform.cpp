@@ -230,8 +230,11 @@ void require_sense(const DeformOptions& how, const Spec& spec) {
   rayrep::check(settings(copy));
   if (how.resolution < 20 || how.resolution > 400 || !(how.stiffness > 0 && how.stiffness < 1))
     throw Error(ErrorCode::usage, "To deform takes 20 to 400 rays and a stiffness between 0 and 1.");
-  if (std::holds_alternative<TargetSpec>(spec))
-    throw Error(ErrorCode::usage, "The outside is not deformed for given numbers: --deform-limit is for float, spin and stand.");
+  const FloatSpec* floats = std::get_if<FloatSpec>(&spec);
+  const bool hovers = floats && is_submerged(*floats);
+  if (hovers || !(floats || std::holds_alternative<SpinSpec>(spec) || std::holds_alternative<StandSpec>(spec)))
+    throw Error(ErrorCode::usage,
+                "The outside is deformed for what floats at the surface, spins or stands, and for nothing else (--deform-limit).");
 }
 
 /// What it took, or why that is too much.

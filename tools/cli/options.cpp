@@ -464,7 +464,9 @@ std::vector<Group> hollow_groups(Options& options) {
   append(files.settings, common_rows(options, true));
   if (std::holds_alternative<TargetSpec>(options.spec)) append(files.settings, inertial_files(options));
   std::vector<Group> groups = {mesh, goal, making, infill, core, {"The slicer", slicer_rows(options)}, files};
-  if (!std::holds_alternative<TargetSpec>(options.spec)) groups.insert(groups.end() - 2, outside);
+  const bool deforms = std::holds_alternative<FloatSpec>(options.spec) || std::holds_alternative<SpinSpec>(options.spec) ||
+                       std::holds_alternative<StandSpec>(options.spec);
+  if (deforms) groups.insert(groups.end() - 2, outside);
   return groups;
 }
 
