@@ -284,8 +284,10 @@ TEST(Deform, WhatCanBeMetIsLeftAsItIs) {
   for (std::size_t v = 0; v < solid.vertices.size(); ++v) ASSERT_TRUE(same(deformation.mesh.vertices[v], solid.vertices[v]));
 }
 
-TEST(Deform, TargetsAreRefused) {
-  EXPECT_THROW(deform(example("heart"), TargetSpec{}), Error);
+TEST(Deform, WhatItIsNotForIsRefused) {
+  FloatSpec hovers;
+  hovers.submerged_fraction = 1;
+  for (const Spec& spec : {Spec(TargetSpec{}), Spec(PoseSpec{}), Spec(hovers)}) EXPECT_THROW(deform(example("heart"), spec), Error);
   EXPECT_THROW(deform(example("heart"), StandSpec{}, {}, {.limit_mm = -1}), Error);
 }
 

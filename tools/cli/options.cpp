@@ -281,6 +281,7 @@ Setting deform_fixed_row(Options& options) {
               "where it is in the body (--unit and --size do not move it). The motion fades around it. May be given several "
               "times.",
           .place = TextPlace{add, show},
+          .rare = true,
           .repeated = true};
 }
 
