@@ -31,7 +31,7 @@ const std::map<std::string, std::set<std::string>> kFolders = {
     {"shape", {"base", "mesh", "physics", "rays", "solve", "make"}},
     {"print", {"base", "mesh", "io", "physics"}},
     {"judge", {"base", "mesh", "io", "physics"}},
-    {"advice", {"base", "mesh", "physics", "rays", "solve", "make", "judge"}},
+    {"advice", {"base", "mesh", "physics", "rays", "solve", "make", "shape", "judge"}},
     {"report", {"base", "mesh", "io", "physics", "rays", "solve", "make", "print", "judge"}},
 };
 

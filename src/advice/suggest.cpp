@@ -14,6 +14,7 @@
 #include "rayrep/judge/verify.h"
 #include "rayrep/physics/ground_rest.h"
 #include "rayrep/physics/materials.h"
+#include "rayrep/shape/deform.h"
 
 namespace rayrep {
 namespace {
@@ -94,9 +95,11 @@ public:
     const auto enough = [this] { return search_.first_only && !advice_.suggestions.empty(); };
     for (const Way& way : ways_) {
       if (enough()) return advice_;
+      if (way.kind == ChangeKind::deform && search_.kinds.empty() && !advice_.suggestions.empty()) continue;
       advice_.tried += (advice_.tried.empty() ? "" : ", ") + way.words;
       keep(least(way, {}));
     }
+    std::erase_if(ways_, [](const Way& way) { return way.kind == ChangeKind::deform; });
     if (!advice_.suggestions.empty() || ways_.size() < 2) return advice_;
     advice_.tried += ", and two of these together";
     for (std::size_t a = 0; a < ways_.size(); ++a)
@@ -121,6 +124,7 @@ private:
   Mesh mesh_with(const Change& change) const {
     Mesh mesh = mesh_;
     for (const auto& [name, text] : change.options) {
+      if (name == "deform-limit") return deformed_;
       if (name != "size") continue;
       const double factor = parse_number("size", text) / size_mm_;
       for (auto& v : mesh.vertices) v *= factor;
@@ -225,11 +229,13 @@ private:
   void add_attitudes();
   void add_sizes();
   void add_materials();
+  void add_deformation();
 
   std::optional<Change> waterline(const Change& before);
   std::optional<Change> axis(const Change& before, bool tilt);
   std::optional<Change> attitude(const Change& before);
   std::optional<Change> steel_balls(const Change& before);
+  std::optional<Change> deformation();
   std::optional<Change> flattening(const Change& before, const std::string& most_mm);
   std::optional<Change> tilt_to_stand(const Change& before);
   std::optional<Change> tilt_to_float(const Change& before);
@@ -242,6 +248,7 @@ private:
   const Search& search_;
   Progress quiet_;
   Advice advice_;
+  Mesh deformed_;  ///< the outside that deformation() found
   double size_mm_ = 0;
   std::vector<Way> ways_;
   int looks_ = 0;
@@ -264,6 +271,7 @@ void Adviser::add_ways() {
   add_attitudes();
   add_sizes();
   add_materials();
+  add_deformation();
 }
 
 /// The waterline that a search finds, where there is one; else one that leaves less dry than a search would.
@@ -589,6 +597,31 @@ void Adviser::add_materials() {
         way.ladder.push_back({"printed of " + m.name + " (" + number(m.density_g_cm3, 2) + " g/cm3)", {{"material", m.name}}});
     const bool matters = std::holds_alternative<FloatSpec>(asked_) || std::holds_alternative<TargetSpec>(asked_);
     if (matters && !way.ladder.empty()) ways_.push_back(std::move(way));
+  }
+}
+
+void Adviser::add_deformation() {
+  if (std::holds_alternative<TargetSpec>(asked_) || std::holds_alternative<PoseSpec>(asked_)) return;
+  ways_.push_back({ChangeKind::deform,
+                   "an outside moved by up to " + number(100 * search_.limits.deform, 0) + " % of the diagonal",
+                   {},
+                   [this](const Change&) { return deformation(); }});
+}
+
+/// The outside moved as little as makes the goal attainable.
+std::optional<Change> Adviser::deformation() {
+  try {
+    const std::string most = number(search_.limits.deform * bounding_box(mesh_).diagonal().norm(), 2);
+    DeformOptions how;
+    how.limit_mm = parse_number("deform-limit", most);
+    const Deformation found = deform(mesh_, asked_, options_, how, quiet_);
+    if (!found.changed) return std::nullopt;
+    deformed_ = options_.as_stored ? options_.as_stored(found.mesh) : found.mesh;
+    return Change{"the outside moved by up to " + number(found.largest_mm, 2) + " mm (" + number(found.rms_mm, 2) + " mm rms)",
+                  {{"deform-limit", most}}};
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::interrupted) throw;
+    return std::nullopt;
   }
 }
 

@@ -8,6 +8,7 @@
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/judge/verify.h"
+#include "rayrep/shape/deform.h"
 #include "runs.h"
 #include "solids.h"
 
@@ -195,6 +196,24 @@ TEST(Suggest, LooksForNothingButWhatIsAllowed) {
   search = {};
   search.first_only = true;
   EXPECT_EQ(suggest(ball, StandSpec{}, coarse(), search).suggestions.size(), 1U);
+}
+
+TEST(Suggest, DeformsWhenNamedAndTheOutsideIsWhatIsJudged) {
+  // A post that leans out over its foot.
+  const Mesh leaning = test::polycubes({{0, 0, 0}, {1, 0, 1}, {0, 0, 1}, {1, 0, 2}, {2, 0, 2}, {2, 0, 3}, {3, 0, 3}}, 10);
+  ASSERT_TRUE(refused(leaning, StandSpec{}));
+  Search search;
+  search.kinds = {ChangeKind::deform};
+  const Advice advice = suggest(leaning, StandSpec{}, coarse(), search);
+  ASSERT_EQ(advice.suggestions.size(), 1U) << advice.tried;
+  const auto& [name, text] = advice.suggestions[0].options.at(0);
+  EXPECT_EQ(name, "deform-limit");
+  DeformOptions how;
+  how.limit_mm = std::stod(text);
+  const Deformation found = deform(leaning, StandSpec{}, coarse(), how);
+  EXPECT_TRUE(found.changed);
+  EXPECT_LE(found.largest_mm, *how.limit_mm);
+  EXPECT_FALSE(refused(as_stored("x.stl", found.mesh), StandSpec{}));
 }
 
 TEST(Suggest, StopsWhenToldTo) {

@@ -384,8 +384,8 @@ Settings output_rows(Options& options) {
        .details = "The first change that does it is told, made, and noted in the report. In this order, whatever that of LIST: " +
                   change_kinds() +
                   "; where no single one does, two together. Limits: axis and attitude are tilted by up to 30 degrees, the wall "
-                  "goes down to 0.4 mm, the size up to 2.5 times that asked, a base gives way by up to 1 mm, and up to 5 % of "
-                  "the height are cut off below.",
+                  "goes down to 0.4 mm, the size up to 2.5 times that asked, a base gives way by up to 1 mm, up to 5 % of the "
+                  "height are cut off below, and the outside is moved by up to a tenth of its diagonal.",
        .place = TextPlace{[&options](const std::string& text) { options.allow = parse_change_kinds(text); },
                           [&options] { return shown_change_kinds(options.allow); }}},
       {.name = "suggest",

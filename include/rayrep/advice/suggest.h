@@ -28,9 +28,11 @@ enum class ChangeKind {
   flatten,    ///< cut off level below
   up,         ///< another side up
   material,   ///< another density
+  deform,     ///< the outside moved
 };
-inline constexpr std::array<const char*, 13> kChangeKindNames = {
-    "point", "tilt", "wall", "prefer", "waterline", "size", "contact", "infill", "core", "balls", "flatten", "up", "material"};
+inline constexpr std::array<const char*, 14> kChangeKindNames = {"point",   "tilt",    "wall",     "prefer", "waterline",
+                                                                 "size",    "contact", "infill",   "core",   "balls",
+                                                                 "flatten", "up",      "material", "deform"};
 
 /// How far each kind of change goes. What is looked for lies within these, whoever looks.
 struct ChangeLimits {
@@ -39,6 +41,7 @@ struct ChangeLimits {
   double largest_size = 2.5;      ///< over that asked
   double contact_mm = 1;          ///< and 2 % of the height
   double flatten = 0.05;          ///< of the height
+  double deform = 0.1;            ///< of the diagonal, any point
   double least_reserve = 0.015;   ///< of a float: what a print's own scatter would sink is not worth a try
 };
 
@@ -66,7 +69,7 @@ struct Search {
 /// What would do when a goal cannot be met as asked: changes of each kind, the least one of it; one kind at a time and, where no
 /// single one does, two together. They are looked for on few rays and then tried in full, as `hollow` and `verify` would be
 /// called, both a limited number of times. What is found need not be all there is: along each kind the least change of a ladder
-/// is taken.
+/// is taken. The outside is deformed only where it is named among the kinds, or nothing else does: that takes seconds.
 /// @param mesh     as for hollow, millimetres
 /// @throws Error{interrupted}; Error{usage} as hollow does
 Advice suggest(const Mesh& mesh, const Spec& asked, const HollowOptions& options, const Search& search = {},
