@@ -51,8 +51,6 @@ std::string vector_text(const Eigen::Vector3d& v, int digits) {
   return number(v.x(), digits) + "," + number(v.y(), digits) + "," + number(v.z(), digits);
 }
 
-double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
-
 /// Sets one setting of a spec from its text. What says the same in another way no longer does.
 void set(Spec& spec, const std::string& name, const std::string& text) {
   if (PoseSpec* poses = std::get_if<PoseSpec>(&spec); poses && name == "stand")
@@ -239,7 +237,7 @@ private:
   std::optional<Change> flattening(const Change& before, const std::string& most_mm);
   std::optional<Change> tilt_to_stand(const Change& before);
   std::optional<Change> tilt_to_float(const Change& before);
-  std::vector<Eigen::Vector3d> rests(const Eigen::Vector3d& up) const;
+  const std::vector<Eigen::Vector3d>& rests();
 
   const Mesh& mesh_;
   const Spec& asked_;
@@ -250,6 +248,7 @@ private:
   Advice advice_;
   Mesh deformed_;  ///< the outside that deformation() found
   double size_mm_ = 0;
+  std::optional<std::vector<Eigen::Vector3d>> rests_;  ///< see rests()
   std::vector<Way> ways_;
   int looks_ = 0;
   int trials_ = 0;
@@ -427,15 +426,17 @@ Change tilted(const Eigen::Vector3d& up, double angle_rad) {
   return {"tilted by " + number(angle_rad / kDegree, 1) + " degrees", {{"up", vector_text(up, 5)}}};
 }
 
-/// The attitudes in which a body comes to rest when it is put down in many, by their angle from `up`. It does so with the centre of
-/// mass of the solid, and with one that is lower by a tenth of the size, as it can be in what is hollowed.
-std::vector<Eigen::Vector3d> Adviser::rests(const Eigen::Vector3d& up) const {
+/// The attitudes in which a body comes to rest when it is put down in many, by their angle from the attitude asked for. It does so
+/// with the centre of mass of the solid, and with one that is lower by a tenth of the size, as it can be in what is hollowed.
+const std::vector<Eigen::Vector3d>& Adviser::rests() {
+  if (rests_) return *rests_;
+  const Eigen::Vector3d up = up_of(asked_).normalized();
   const Moments s = mesh_moments(mesh_);
   const Eigen::Vector3d centre = s.segment<3>(MX) / s[M1];
   std::vector<Eigen::Vector3d> starts{up};
   for (const double degrees : {10, 20, 30, 60, 90, 120, 150, 180})
     for (const Eigen::Vector3d& direction : ring(up, degrees * kDegree)) starts.push_back(direction);
-  std::vector<Eigen::Vector3d> found;
+  std::vector<Eigen::Vector3d>& found = rests_.emplace();
   for (const Eigen::Vector3d& start : starts)
     for (const double lower : {0.0, 0.1}) {
       quiet_.check();
@@ -460,7 +461,7 @@ void Adviser::add_tilts() {
 /// To the nearest attitude in which it rests by itself and can be made to stand.
 std::optional<Change> Adviser::tilt_to_stand(const Change& before) {
   const Eigen::Vector3d up = up_of(asked_).normalized();
-  for (const Eigen::Vector3d& rest : rests(up)) {
+  for (const Eigen::Vector3d& rest : rests()) {
     const double angle_rad = angle_between(rest, up);
     if (angle_rad > search_.limits.tilt_deg * kDegree) break;
     if (const Change change = tilted(rest, angle_rad); angle_rad > 1e-6 && in_reach(combined(before, change))) return change;
@@ -507,7 +508,7 @@ std::optional<Change> Adviser::attitude(const Change& before) {
     if (const Change change{std::string(name) + " pointing up", {{"up", name}}}; in_reach(combined(before, change))) return change;
   }
   if (!std::holds_alternative<StandSpec>(asked_)) return std::nullopt;
-  for (const Eigen::Vector3d& rest : rests(asked)) {
+  for (const Eigen::Vector3d& rest : rests()) {
     if (angle_between(rest, asked) <= search_.limits.tilt_deg * kDegree) continue;
     if (const Change change{"another side up", {{"up", vector_text(rest, 5)}}}; in_reach(combined(before, change))) return change;
   }

@@ -1,10 +1,14 @@
 #include "base/rotation.h"
 
+#include <cmath>
+
 namespace rayrep {
 
 Eigen::Quaterniond rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   return Eigen::Quaterniond::FromTwoVectors(from, to);
 }
+
+double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
 Eigen::Matrix<double, 3, 2> across(const Eigen::Vector3d& up) {
   Eigen::Matrix<double, 3, 2> basis;

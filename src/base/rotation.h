@@ -8,6 +8,9 @@ namespace rayrep {
 /// needs unit length. Compiled once: Eigen decides between those by a singular value decomposition.
 Eigen::Quaterniond rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
+/// Between two directions, rad; neither needs unit length.
+double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b);
+
 /// Two unit vectors across `up`.
 Eigen::Matrix<double, 3, 2> across(const Eigen::Vector3d& up);
 

@@ -11,6 +11,7 @@
 #include <numbers>
 #include <vector>
 
+#include "base/rotation.h"
 #include "base/text.h"
 #include "judge/figures.h"
 #include "judge/inserts.h"
@@ -60,7 +61,7 @@ Settled settled(const Afloat& body, const FloatSpec& spec, const Limits& limits,
   Settled result;
   for (const FloatingRest& rest : rests) {
     if (rest.rests())
-      result.tilt_rad = std::max(result.tilt_rad, std::atan2(rest.up.cross(up).norm(), rest.up.dot(up)));
+      result.tilt_rad = std::max(result.tilt_rad, angle_between(rest.up, up));
     else if (result.how != FloatingRest::Outcome::sinks)
       result.how = rest.outcome;
   }

@@ -89,7 +89,7 @@ WaterlineState target_state(const FloatProblem& problem, const FloatSpec& spec) 
 
 Plan plan(const Mesh& solid, const FloatSpec& spec, const HollowOptions& options, const Progress& progress) {
   Plan plan;
-  plan.body = upright_body(solid, spec.up, spec.print, options, progress);
+  plan.body = upright_body(solid, spec.up, discretisation(spec.print, options), options, progress);
   const Body& body = *plan.body;
   const double density_g_cm3 = spec.print.density_g_cm3;
   const PreparedHull hull(body.hull);

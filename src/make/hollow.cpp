@@ -60,12 +60,22 @@ Mesh stored(const Mesh& solid, const HollowOptions& options) {
   return options.as_stored ? options.as_stored(mesh) : mesh;
 }
 
-std::unique_ptr<Body> upright_body(const Mesh& solid, const Eigen::Vector3d& up, const Print& print, const HollowOptions& options,
-                                   const Progress& progress) {
+std::unique_ptr<Body> upright_body(const Mesh& solid, const Eigen::Vector3d& up, const Discretisation& discretised,
+                                   const HollowOptions& options, const Progress& progress) {
   progress.begin("domain");
   Mesh outer = stored(solid, options);
   const Eigen::Affine3d frame = working_frame(outer, up);
-  return resolved_body(std::move(outer), frame, discretisation(print, options), progress);
+  return resolved_body(std::move(outer), frame, discretised, progress);
+}
+
+/// With something in it whose place counts from the ground: the base is cut first.
+HollowResult hollow_flattened(const Mesh& solid, const StandSpec& spec, const HollowOptions& options, const Progress& progress) {
+  const double cut_mm = std::get<StandSpec>(plan(solid, spec, options, progress).spec).flatten_mm;
+  StandSpec on_base = spec;
+  on_base.flatten_mm = 0;
+  HollowResult result = hollow(flattened(solid, spec.up, cut_mm, progress), on_base, options, progress);
+  std::get<StandSpec>(result.spec).flatten_mm = cut_mm;
+  return result;
 }
 
 }  // namespace detail
@@ -102,6 +112,9 @@ HollowResult hollow(const Mesh& solid, const Spec& spec, const HollowOptions& op
   detail::check(options, spec);
   std::visit([](const auto& s) { check(s, Setting::For::making); }, spec);
   require_size(solid);
+  if (const auto* stand = std::get_if<StandSpec>(&spec);
+      stand && stand->flatten_mm > 0 && (!options.fixed.empty() || stand->print.balls.wanted()))
+    return detail::hollow_flattened(solid, *stand, options, progress);
   detail::require_room(options.fixed, solid, print_of(spec).wall_mm, progress);
   if (print_of(spec).balls.wanted()) return detail::hollow_with_balls(solid, spec, options, progress);
   if (!options.fixed.empty() && options.pauses_mm.empty()) {

@@ -49,13 +49,19 @@ std::optional<HollowResult> hollow_determined(const Mesh& solid, const TargetSpe
 /// What Ipopt minimises for a spin.
 SpinWeights weights_of(const SpinSpec& spec);
 
+/// Below which a body that stands is at the point of tipping: ten times what a judge asks for.
+constexpr double kSmallestTipping_rad = 1e-5;
+
 /// On few rays and without a slicer: enough to tell places, cuts and changes apart.
 HollowOptions on_few_rays(const HollowOptions& options);
 
 /// The solid as it will be stored, in the frame given.
 Mesh stored(const Mesh& solid, const HollowOptions& options);
 /// The body with up = z, its lowest point at z = 0 and its box centred in x and y.
-std::unique_ptr<Body> upright_body(const Mesh& solid, const Eigen::Vector3d& up, const Print& print, const HollowOptions& options,
-                                   const Progress& progress);
+std::unique_ptr<Body> upright_body(const Mesh& solid, const Eigen::Vector3d& up, const Discretisation& discretised,
+                                   const HollowOptions& options, const Progress& progress);
+
+/// What is left when so much is cut off below.
+Mesh flattened(const Mesh& solid, const Eigen::Vector3d& up, double cut_mm, const Progress& progress);
 
 }  // namespace rayrep::detail

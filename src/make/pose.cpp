@@ -4,6 +4,7 @@
 #include <numbers>
 #include <utility>
 
+#include "base/rotation.h"
 #include "base/text.h"
 #include "make/plan.h"
 #include "make/poses.h"
@@ -15,9 +16,8 @@ namespace rayrep::detail {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kSmallestAngle = 1e-5;  ///< below which a body that stands is at the point of tipping: as in make/stand.cpp
-constexpr double kReserve = 0.05;        ///< part of the hull that a chosen waterline leaves dry, as of floats
-constexpr int kFewRays = 60;             ///< along the longest side, to see which way the plane faces
+constexpr double kReserve = 0.05;  ///< part of the hull that a chosen waterline leaves dry, as of floats
+constexpr int kFewRays = 60;       ///< along the longest side, to see which way the plane faces
 /// A slope, see SafestCentre, below which the poses stand against each other, and not against what is attainable.
 constexpr double kFlat = 1e-3;
 
@@ -25,7 +25,7 @@ constexpr double kLeastRighted = 4.5 * std::numbers::pi / 180;  ///< a judge all
 
 double degrees(double rad) { return rad * 180 / std::numbers::pi; }
 
-bool is_good(const SafestCentre& best) { return best.attainable && best.ratio > kSmallestAngle; }
+bool is_good(const SafestCentre& best) { return best.attainable && best.ratio > kSmallestTipping_rad; }
 
 /// What a problem without feet brings its centre of mass below.
 std::string named(const Poses& poses) {
@@ -237,7 +237,7 @@ void require_feet(const Poses& poses, const PoseSpec& spec, const Body& body) {
     const GroundRest rest = ground_rest(body.hull, body.solid.segment<3>(MX) / body.solid[M1], body.to_working.linear() * p.up);
     Eigen::Vector3d up = body.to_working.linear().transpose() * rest.up;
     up = up.unaryExpr([](double x) { return std::abs(x) < 1e-9 ? 0 : x; });
-    const double off = std::atan2(up.cross(p.up).norm(), up.dot(p.up));
+    const double off = angle_between(up, p.up);
     throw Error(ErrorCode::goal, "It cannot be " + poses.words(n) + ": it touches the ground in " +
                                      (p.polygon.corners_mm.size() < 2 ? "a point" : "an edge") + " only (within " +
                                      number(tolerance, 3) + " mm of its lowest point). Let go like that it comes to rest, solid, " +
@@ -427,7 +427,7 @@ Plan plan(const Mesh& solid, const PoseSpec& spec, const HollowOptions& options,
   if (options.solver != Solver::quadric) throw Error(ErrorCode::usage, "Poses are met by the quadric solver only.");
   HollowOptions few = options;
   few.resolution = std::min(options.resolution, kFewRays);
-  const std::unique_ptr<Body> first = upright_body(solid, spec.up, spec.print, few, progress);
+  const std::unique_ptr<Body> first = upright_body(solid, spec.up, discretisation(spec.print, few), few, progress);
   progress.begin("poses");
   const Poses poses(*first, spec);
   require_feet(poses, spec, *first);
@@ -440,7 +440,7 @@ Plan plan(const Mesh& solid, const PoseSpec& spec, const HollowOptions& options,
   Plan plan;
   const auto down = downhill(poses.freedom(), best, first->to_working.linear());
   const Eigen::Vector3d up = down ? Eigen::Vector3d(first->to_working.linear().transpose() * -*down) : spec.up;
-  plan.body = upright_body(solid, up, spec.print, options, progress);
+  plan.body = upright_body(solid, up, discretisation(spec.print, options), options, progress);
   const Body& body = *plan.body;
   progress.begin("poses");
   Chooser fine(body, poses, spec);

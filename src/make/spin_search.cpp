@@ -205,9 +205,14 @@ std::optional<std::pair<SpinFrame, double>> SpinSearch::smallest_tilt(const Spin
   return std::pair{tilted(frame, tilt_by(frame.up, *tilt)), tilt->norm()};
 }
 
-std::unique_ptr<Body> body_about(const SpinFrame& axis, Mesh outer, const Discretisation& options, const Progress& progress) {
+Eigen::Affine3d frame_about(const SpinFrame& axis, const Mesh& outer) {
   Eigen::Affine3d frame = working_frame(outer, axis.up);
   frame.translation() = -(frame.linear() * axis.contact_mm);
+  return frame;
+}
+
+std::unique_ptr<Body> body_about(const SpinFrame& axis, Mesh outer, const Discretisation& options, const Progress& progress) {
+  const Eigen::Affine3d frame = frame_about(axis, outer);
   return resolved_body(std::move(outer), frame, options, progress);
 }
 

@@ -50,6 +50,9 @@ private:
   Eigen::Vector3d centre_;  ///< of mass of the solid
 };
 
+/// To the working frame of an axis: that is z, through the origin. @param axis  in the frame of `outer`
+Eigen::Affine3d frame_about(const SpinFrame& axis, const Mesh& outer);
+
 /// The body in the working frame of an axis: that is z, through the origin.
 /// @param axis  in the frame of `outer`
 std::unique_ptr<Body> body_about(const SpinFrame& axis, Mesh outer, const Discretisation& options, const Progress& progress);

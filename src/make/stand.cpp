@@ -13,9 +13,6 @@
 namespace rayrep::detail {
 namespace {
 
-/// Below which a body that stands is at the point of tipping: ten times what a judge asks for.
-constexpr double kSmallestAngle = 1e-5;
-
 /// What a base is cut for: 3 degrees, the slope of a bad table.
 constexpr double kSafeAngle = 3 * std::numbers::pi / 180;
 /// What bounds the choice of a target.
@@ -137,10 +134,7 @@ Standing standing(const Mesh& solid, const StandSpec& spec, const HollowOptions&
                                        (polygon.corners_mm.size() < 2 ? "a point" : "an edge") + " only (within " +
                                        number(tolerance, 3) + " mm of its lowest point).");
   };
-  progress.begin("domain");
-  Mesh outer = stored(solid, options);
-  const Eigen::Affine3d frame = working_frame(outer, spec.up);
-  plan.body = resolved_body(std::move(outer), frame, discretised, progress);
+  plan.body = upright_body(solid, spec.up, discretised, options, progress);
   const Body& body = *plan.body;
 
   const InteriorNlp::Scale scale{body.solid[M1], body.diagonal_mm};
@@ -163,7 +157,7 @@ Standing standing(const Mesh& solid, const StandSpec& spec, const HollowOptions&
                                      (terms.most_mm3 ? ", whatever it may weigh (--max-mass)." : ".") +
                                      scarce_words(body.inner.rays.grid));
   result.tipping_angle_rad = smallest_tipping_angle(polygon, *lowest);
-  if (!(result.tipping_angle_rad > kSmallestAngle)) throw tips_over(polygon, *lowest, tolerance, spec);
+  if (!(result.tipping_angle_rad > kSmallestTipping_rad)) throw tips_over(polygon, *lowest, tolerance, spec);
   plan.goal = goal_above(target, terms);
   plan.error = [target, terms](const Moments& s) {
     const double too_heavy = terms.most_mm3 ? s[M1] / *terms.most_mm3 - 1 : 0;
@@ -176,15 +170,6 @@ Standing standing(const Mesh& solid, const StandSpec& spec, const HollowOptions&
   plan.setup.options.barrier_target = 1e-9;
   plan.prove = prove;
   return result;
-}
-
-/// What is left when so much is cut off below.
-Mesh flattened(const Mesh& solid, const Eigen::Vector3d& up, double cut_mm, const Progress& progress) {
-  if (cut_mm == 0) return solid;
-  const Eigen::Vector3d normal = up.normalized();
-  double lowest_mm = std::numeric_limits<double>::infinity();
-  for (const Eigen::Vector3d& v : solid.vertices) lowest_mm = std::min(lowest_mm, normal.dot(v));
-  return clipped(solid, {normal, lowest_mm + cut_mm}, progress);
 }
 
 /// Cuts to try, from nothing to all that is allowed.
@@ -232,6 +217,14 @@ std::size_t least_cut(const std::vector<double>& cuts, const Mesh& solid, const 
 }
 
 }  // namespace
+
+Mesh flattened(const Mesh& solid, const Eigen::Vector3d& up, double cut_mm, const Progress& progress) {
+  if (cut_mm == 0) return solid;
+  const Eigen::Vector3d normal = up.normalized();
+  double lowest_mm = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& v : solid.vertices) lowest_mm = std::min(lowest_mm, normal.dot(v));
+  return clipped(solid, {normal, lowest_mm + cut_mm}, progress);
+}
 
 Plan plan(const Mesh& solid, const StandSpec& spec, const HollowOptions& options, const Progress& progress) {
   if (spec.most_mass_g && options.solver != Solver::quadric)

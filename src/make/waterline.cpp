@@ -124,10 +124,6 @@ std::optional<double> best_of(const FloatProblem& problem, const std::vector<Wat
   return std::nullopt;
 }
 
-}  // namespace
-
-namespace {
-
 /// Volume of material that weighs as much as is displaced.
 double material_mm3(const FloatProblem& problem, const WaterlineState& state) {
   return state.water.displaced_volume_mm3 * problem.fluid_g_cm3 / problem.density_g_cm3;

@@ -10,6 +10,8 @@
 #include <optional>
 #include <vector>
 
+#include "base/rotation.h"
+
 namespace rayrep {
 namespace {
 
@@ -188,7 +190,7 @@ Righted righted(const Mesh& mesh, const Eigen::Vector3d& centre_of_mass_mm, cons
   all.up = upright;
   for (const GroundRest& rest : rests) {
     all.rests = all.rests && rest.rests;
-    const double tilt_rad = std::atan2(rest.up.cross(upright).norm(), rest.up.dot(upright));
+    const double tilt_rad = angle_between(rest.up, upright);
     if (!rest.rests || tilt_rad <= all.tilt_rad) continue;
     all.tilt_rad = tilt_rad;
     all.up = rest.up;

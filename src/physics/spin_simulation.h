@@ -9,6 +9,8 @@
 #include <numbers>
 #include <vector>
 
+#include "base/rotation.h"
+
 /// Nonlinear simulation of spinning rigid bodies, for verify and for tests. It shares nothing with the linear analysis in
 /// rayrep/physics/spin.h: the full equations of motion with the full inertia tensor are integrated in time. Units: g, mm, s.
 namespace rayrep::physics {
@@ -122,7 +124,7 @@ inline Motion simulate(const Body& body, Support support, const Spin& spin) {
     dt = std::min({dt, end - t, turn / 8});
     if (stepper.try_step(equations, x, t, dt) == ode::fail) continue;
     const Eigen::Map<const Eigen::Vector3d> k(x.data());
-    motion.largest_tilt_rad = std::max(motion.largest_tilt_rad, std::atan2(k.cross(spin.axis).norm(), k.dot(spin.axis)));
+    motion.largest_tilt_rad = std::max(motion.largest_tilt_rad, angle_between(k, spin.axis));
     motion.energy_drift = std::max(motion.energy_drift, std::abs(equations.energy(x) - energy0) / kinetic);
     motion.momentum_drift = std::max(motion.momentum_drift, std::abs(equations.vertical_momentum(x) / momentum0 - 1));
   }

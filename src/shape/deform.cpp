@@ -55,6 +55,10 @@ double margin_of(const DeformOptions& how, const Spec& spec) {
 
 constexpr double kRoom = 5e-4;  ///< with which equations are to be met: what few rays promise by a hair, many may miss
 
+TrianglePairs crossings(const Mesh& mesh, const Progress& progress = {}) {
+  return crossing_pairs(mesh, close_pairs(mesh, progress));
+}
+
 /// Sequential quadratic programming over the handles of a cage.
 class OutsideSearch {
 public:
@@ -125,8 +129,6 @@ private:
     }
     return any;
   }
-
-  static TrianglePairs crossings(const Mesh& mesh) { return crossing_pairs(mesh, close_pairs(mesh)); }
 
   /// Where the surface would have crossed itself it moves as one.
   void part_solid(const TrianglePairs& crossing, const Mesh& original) {
@@ -215,14 +217,7 @@ Pressed pressed_foot(const Mesh& solid, const StandSpec& spec, const DeformOptio
 Eigen::Affine3d frame_of(const Mesh& solid, const Spec& spec, const HollowOptions& options, const Progress& progress) {
   const SpinSpec* spin = std::get_if<SpinSpec>(&spec);
   if (!spin) return working_frame(solid, up_of(spec));
-  const SpinFrame axis = spin_frame(solid, *spin, discretisation(spin->print, options), progress);
-  Eigen::Affine3d frame = working_frame(solid, axis.up);
-  frame.translation() = -(frame.linear() * axis.contact_mm);
-  return frame;
-}
-
-std::size_t crossings(const Mesh& mesh, const Progress& progress) {
-  return crossing_pairs(mesh, close_pairs(mesh, progress)).size();
+  return frame_about(spin_frame(solid, *spin, discretisation(spin->print, options), progress), solid);
 }
 
 void require_sense(const DeformOptions& how, const Spec& spec) {
@@ -302,7 +297,7 @@ Deformation deform(const Mesh& solid, const Spec& spec, const HollowOptions& opt
   if (!why.empty())
     throw Error(ErrorCode::goal, result.refusal + " With its outside deformed by at most " + number(result.largest_mm, 2) +
                                      " mm it is nearly so, but on all rays: " + why);
-  if (detail::crossings(result.mesh, progress) > detail::crossings(solid, progress))
+  if (detail::crossings(result.mesh, progress).size() > detail::crossings(solid, progress).size())
     throw Error(ErrorCode::goal, result.refusal + " With its outside deformed by " + number(result.largest_mm, 2) +
                                      " mm it could, but the surface would cross itself.");
   return result;

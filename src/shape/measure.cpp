@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/rotation.h"
+
 namespace rayrep::detail {
 
 Change change_between(const Mesh& before, const Mesh& after) {
@@ -24,7 +26,7 @@ Change change_between(const Mesh& before, const Mesh& after) {
       change.largest_mm = std::max(change.largest_mm, u.norm());
     }
     squares += size / 12 * (sum.squaredNorm() + of_corners);
-    const double angle = std::atan2(one.cross(other).norm(), one.dot(other));
+    const double angle = angle_between(one, other);
     angles += size * angle * angle;
   }
   if (area > 0) {

@@ -91,6 +91,22 @@ TEST(HollowStand, ABallStandsOnTheLeastCutThatMakesItSafe) {
       mentions(message_of([&] { hollowed(solid, options); }, ErrorCode::goal), {"cannot stand", "0.001 mm cut off", "--flatten"}));
 }
 
+TEST(HollowStand, PausesAreCountedFromTheBaseThatWasCut) {
+  Job<StandSpec> options = coarse();
+  options.spec.flatten_mm = 6;
+  Part magnet{box({-2, -2, 2}, {2, 2, 5}), Part::Role::insert, 7.5};
+  options.hollow.fixed.push_back({magnet});
+  const Mesh solid = icosphere(20, 4);
+  const Outcome<StandSpec> result = hollowed(solid, options);
+  EXPECT_GT(result.found.flatten_mm, 0);
+  const double base_mm = bounding_box(result.delivery.body()).min().z();
+  ASSERT_EQ(result.delivery.pauses_mm.size(), 1U);
+  EXPECT_NEAR(result.delivery.pauses_mm[0], 5 - base_mm, 1e-4);
+  EXPECT_NEAR(base_mm, -20 + result.found.flatten_mm, 1e-2);
+  const Verdict verdict = verify(result.delivery, &solid, result.spec);
+  EXPECT_EQ(failed(verdict), Names{});
+}
+
 TEST(HollowStand, NothingIsCutOffWhatStandsByItself) {
   Job<StandSpec> options = coarse();
   const Mesh solid = box({0, 0, 0}, {20, 20, 40});

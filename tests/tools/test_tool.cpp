@@ -104,6 +104,13 @@ TEST_F(Tool, ChangesWhatIsAllowed) {
   EXPECT_TRUE(mentions(refused.err, {"Nothing that --allow lets change"}));
   EXPECT_FALSE(fs::exists(folder_ / "none.stl"));
   EXPECT_TRUE(mentions(run("float egg.stl --allow walls").err, {"Did you mean wall?"}));
+  // A mesh is not among what it lets change.
+  Mesh open = icosphere(20, 2);
+  open.triangles.resize(open.triangles.size() - 60);
+  write_mesh(folder_ / "torn.stl", open);
+  const Run torn = run("float torn.stl --resolution 40 --allow all --suggest -o none.stl");
+  EXPECT_EQ(torn.code, 3) << torn.err;
+  EXPECT_EQ(torn.err.find("Internal"), std::string::npos) << torn.err;
   EXPECT_EQ(run("float egg.stl --allow").code, 2);
 }
 

@@ -112,7 +112,7 @@ int main(int argc, char** argv) {
       rayrep::tool::run(options, is_interrupted);
     } catch (const rayrep::Error& error) {
       if (!can_be_advised(options, error)) throw;
-      if (!options.allow.empty()) {
+      if (!options.allow.empty() && error.code() == rayrep::ErrorCode::goal) {
         run_changed(argc, argv, options, error.what());
         return 0;
       }

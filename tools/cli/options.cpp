@@ -670,6 +670,8 @@ void check_print(const Given& given, Options& options) {
   if (options.original.empty())
     usage_error("To judge a print, name the mesh it was made from: --original MESH. Its outside is what touches water and ground.");
   if (options.each) usage_error("--each is for meshes: judge prints one by one.");
+  if (given.contains("flatten"))
+    usage_error("A print stands on the base that was cut: name the mesh that was sliced as --original, and leave --flatten out.");
 }
 
 /// @throws Error{usage} for what --each does not go with

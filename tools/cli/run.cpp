@@ -285,19 +285,31 @@ std::string judged_again(const Options& options, const RunReport& report, bool w
     judging.input = report.outside->path;
     judging.size_mm.reset();
   }
+  Spec spec = report.hollow->spec;
+  if (auto* stand = std::get_if<StandSpec>(&spec); stand && report.print && stand->flatten_mm > 0) {  // a print stands on its base
+    judging.input = report.output;
+    judging.size_mm.reset();
+    stand->flatten_mm = 0;
+  }
   const std::string what = report.print ? report.print->path : report.output;
   return "\nto judge it again: " +
-         printable(judging_command(judging, report.hollow->spec, what, with_original || report.print || report.outside)) + "\n";
+         printable(judging_command(judging, spec, what, with_original || report.print || report.outside)) + "\n";
+}
+
+/// A closed mesh beside the one that is worked on. @throws Error{input}
+Mesh read_closed(const std::filesystem::path& path, const Options& options, const Progress& progress) {
+  CheckedMesh checked =
+      check_mesh(read_mesh(path, {.memory_bytes = options.memory_bytes}).mesh, {.self_intersections = false}, progress);
+  if (!checked.report.usable) throw Error(ErrorCode::input, path.string() + ": " + checked.report.refusal);
+  return std::move(checked.mesh);
 }
 
 /// The bodies that are not printed. @throws Error{input} for one that is not closed
 std::vector<Part> read_fixed(const Options& options, const Progress& progress) {
   std::vector<Part> parts;
   for (const FixedFile& file : options.fixed) {
-    const MeshFile read = read_mesh(file.path, {.memory_bytes = options.memory_bytes});
-    CheckedMesh checked = check_mesh(read.mesh, {.self_intersections = false}, progress);
-    if (!checked.report.usable) throw Error(ErrorCode::input, file.path.string() + ": " + checked.report.refusal);
-    parts.push_back({.mesh = std::move(checked.mesh), .role = Part::Role::insert, .density_g_cm3 = file.density_g_cm3});
+    parts.push_back(
+        {.mesh = read_closed(file.path, options, progress), .role = Part::Role::insert, .density_g_cm3 = file.density_g_cm3});
   }
   return parts;
 }
@@ -436,12 +448,7 @@ HollowOptions hollow_options(const Options& options, const Progress& progress) {
 Mesh outside_for(const Options& options, const Mesh& solid, const HollowOptions& how, RunReport& report, const Progress& progress) {
   if (!options.deform.limit_mm) return solid;
   DeformOptions deforming = options.deform;
-  for (const auto& path : options.deform_fixed) {
-    CheckedMesh region =
-        check_mesh(read_mesh(path, {.memory_bytes = options.memory_bytes}).mesh, {.self_intersections = false}, progress);
-    if (!region.report.usable) throw Error(ErrorCode::input, path.string() + ": " + region.report.refusal);
-    deforming.fixed.emplace_back(std::move(region.mesh));
-  }
+  for (const auto& path : options.deform_fixed) deforming.fixed.emplace_back(read_closed(path, options, progress));
   const Deformation deformation = deform(solid, options.spec, how, deforming, progress);
   if (!deformation.changed) return solid;
   report.outside = {options.outside_output.string(), deformation.figures(), deformation.words()};
@@ -605,7 +612,7 @@ Advice advise_repair(const Options& options, const Progress& progress, const Sea
   const HollowResult result = hollow(input.checked.mesh, options.spec, how, progress);
   if (!verify(result.delivery, &input.checked.mesh, result.spec, {}, progress).pass()) return advice;
   advice.suggestions.push_back({"the holes closed by a guess", {{"repair", ""}}});
-  search.found(advice.suggestions.back());
+  if (search.found) search.found(advice.suggestions.back());
   return advice;
 }
 
