@@ -31,7 +31,7 @@ using Change = Suggestion;
 
 Change combined(const Change& before, const Change& more) {
   if (before.options.empty()) return more;
-  Change change{before.change + " and " + more.change, before.options, before.kinds};
+  Change change{before.change + " and " + more.change, before.options, before.kinds, more.outside};
   change.options.insert(change.options.end(), more.options.begin(), more.options.end());
   change.kinds.insert(change.kinds.end(), more.kinds.begin(), more.kinds.end());
   return change;
@@ -120,9 +120,9 @@ private:
   }
 
   Mesh mesh_with(const Change& change) const {
+    if (change.outside) return detail::stored(change.outside->mesh, options_);
     Mesh mesh = mesh_;
     for (const auto& [name, text] : change.options) {
-      if (name == "deform-limit") return deformed_;
       if (name != "size") continue;
       const double factor = parse_number("size", text) / size_mm_;
       for (auto& v : mesh.vertices) v *= factor;
@@ -153,7 +153,11 @@ private:
   }
 
   /// Whether it is done: made as asked, and judged.
-  bool delivers(const Change& change) { return is_made(change, options_); }
+  bool delivers(const Change& change) {
+    if (!search_.deliver) return is_made(change, options_);
+    quiet_.check();
+    return ++trials_ <= kMostTrials && search_.deliver(change);
+  }
 
   bool is_made(const Change& change, const HollowOptions& options) {
     quiet_.check();
@@ -246,7 +250,6 @@ private:
   const Search& search_;
   Progress quiet_;
   Advice advice_;
-  Mesh deformed_;  ///< the outside that deformation() found
   double size_mm_ = 0;
   std::optional<std::vector<Eigen::Vector3d>> rests_;  ///< see rests()
   std::vector<Way> ways_;
@@ -613,13 +616,14 @@ void Adviser::add_deformation() {
 std::optional<Change> Adviser::deformation() {
   try {
     const std::string most = number(search_.limits.deform * bounding_box(mesh_).diagonal().norm(), 2);
-    DeformOptions how;
+    DeformOptions how = search_.deform;
     how.limit_mm = parse_number("deform-limit", most);
-    const Deformation found = deform(mesh_, asked_, options_, how, quiet_);
-    if (!found.changed) return std::nullopt;
-    deformed_ = options_.as_stored ? options_.as_stored(found.mesh) : found.mesh;
-    return Change{"the outside moved by up to " + number(found.largest_mm, 2) + " mm (" + number(found.rms_mm, 2) + " mm rms)",
-                  {{"deform-limit", most}}};
+    auto found = std::make_shared<const Deformation>(deform(mesh_, asked_, options_, how, quiet_));
+    if (!found->changed) return std::nullopt;
+    return Change{"the outside moved by up to " + number(found->largest_mm, 2) + " mm (" + number(found->rms_mm, 2) + " mm rms)",
+                  {{"deform-limit", most}},
+                  {},
+                  std::move(found)};
   } catch (const Error& error) {
     if (error.code() == ErrorCode::interrupted) throw;
     return std::nullopt;

@@ -198,6 +198,34 @@ TEST(Suggest, LooksForNothingButWhatIsAllowed) {
   EXPECT_EQ(suggest(ball, StandSpec{}, coarse(), search).suggestions.size(), 1U);
 }
 
+TEST(Suggest, WhoeverDeliversDecidesWhatDoes) {
+  const Mesh ball = test::icosphere(20, 3);
+  Search search;
+  search.kinds = {ChangeKind::flatten, ChangeKind::up};
+  std::vector<Suggestion> tried;
+  search.deliver = [&tried](const Suggestion& change) {
+    tried.push_back(change);
+    return tried.size() > 1;
+  };
+  const Advice advice = suggest(ball, StandSpec{}, coarse(), search);
+  ASSERT_EQ(tried.size(), 2U) << advice.tried;
+  EXPECT_EQ(tried[0].kinds, std::vector{ChangeKind::flatten});
+  ASSERT_EQ(advice.suggestions.size(), 1U);
+  EXPECT_EQ(advice.suggestions[0].options, tried[1].options);
+  // An outside that was found comes with it.
+  const Mesh leaning = test::polycubes({{0, 0, 0}, {1, 0, 1}, {0, 0, 1}, {1, 0, 2}, {2, 0, 2}, {2, 0, 3}, {3, 0, 3}}, 10);
+  search.kinds = {ChangeKind::deform};
+  std::shared_ptr<const Deformation> outside;
+  search.deliver = [&outside](const Suggestion& change) {
+    outside = change.outside;
+    return true;
+  };
+  suggest(leaning, StandSpec{}, coarse(), search);
+  ASSERT_TRUE(outside);
+  EXPECT_TRUE(outside->changed);
+  EXPECT_GT(outside->largest_mm, 0);
+}
+
 TEST(Suggest, DeformsWhenNamedAndTheOutsideIsWhatIsJudged) {
   // A post that leans out over its foot.
   const Mesh leaning = test::polycubes({{0, 0, 0}, {1, 0, 1}, {0, 0, 1}, {1, 0, 2}, {2, 0, 2}, {2, 0, 3}, {3, 0, 3}}, 10);

@@ -92,7 +92,7 @@ TEST_F(Tool, SuggestsACommandThatWorks) {
 TEST_F(Tool, ChangesWhatIsAllowed) {
   const Run changed = run("float egg.stl --resolution 40 --waterline 2 --allow wall,waterline --report r.json");
   EXPECT_EQ(changed.code, 0) << changed.err;
-  EXPECT_TRUE(mentions(changed.err, {"Changed, as --allow lets: a waterline of", "rayrep float egg.stl"}));
+  EXPECT_TRUE(mentions(changed.err, {"With a change that --allow lets: a waterline of", "rayrep float egg.stl"}));
   EXPECT_TRUE(mentions(changed.out, {"Changed, as --allow lets: a waterline of", "VERIFIED"}));
   EXPECT_TRUE(mentions(nlohmann::json::parse(text_of(folder_ / "r.json"))["changed"].get<std::string>(), {"a waterline of"}));
   // What needs no change gets none.

@@ -74,24 +74,39 @@ void advise(int argc, char** argv, const rayrep::tool::Options& options) {
   }
 }
 
-/// Makes it with the least change that --allow lets, which is told first. @throws Error{goal} when none does
+/// Whether it can be made with a change, which is told first.
+bool is_run_with(int argc, char** argv, const rayrep::Suggestion& change) {
+  const std::vector<std::string> words = rayrep::tool::suggested(argc, argv, change);
+  std::vector<const char*> arguments;
+  for (const std::string& word : words) arguments.push_back(word.c_str());
+  try {
+    rayrep::tool::Options changed = rayrep::tool::parse_command_line(static_cast<int>(arguments.size()), arguments.data());
+    changed.changed = change.change;
+    changed.outside = change.outside;
+    changed.attempt = true;
+    if (!changed.quiet)
+      std::cerr << "rayrep: With a change that --allow lets: " << change.change << ". The same as  "
+                << printable(rayrep::tool::shell_line(words)) << std::endl;
+    rayrep::tool::run(changed, is_interrupted);
+    return true;
+  } catch (const rayrep::Error& error) {
+    using rayrep::ErrorCode;
+    if (error.code() == ErrorCode::interrupted || error.code() == ErrorCode::write) throw;
+    return false;
+  }
+}
+
+/// Makes it with the least change that --allow lets. @throws Error{goal} when none does
 void run_changed(int argc, char** argv, const rayrep::tool::Options& options, const std::string& refusal) {
+  if (!options.quiet) std::cerr << "rayrep: " << printable(refusal) << std::endl;
   rayrep::Search search;
   search.kinds = options.allow;
   search.first_only = true;
+  search.deliver = [argc, argv](const rayrep::Suggestion& change) { return is_run_with(argc, argv, change); };
   const rayrep::Advice advice = rayrep::tool::advise(options, is_interrupted, search);
   if (advice.suggestions.empty())
-    throw rayrep::Error(rayrep::ErrorCode::goal, refusal + " Nothing that --allow lets change does: tried " + advice.tried + ".");
-  const rayrep::Suggestion& least = advice.suggestions.front();
-  const std::vector<std::string> words = rayrep::tool::suggested(argc, argv, least);
-  if (!options.quiet)
-    std::cerr << "rayrep: " << printable(refusal) << "\nrayrep: Changed, as --allow lets: " << least.change << ". The same as  "
-              << printable(rayrep::tool::shell_line(words)) << std::endl;
-  std::vector<const char*> arguments;
-  for (const std::string& word : words) arguments.push_back(word.c_str());
-  rayrep::tool::Options changed = rayrep::tool::parse_command_line(static_cast<int>(arguments.size()), arguments.data());
-  changed.changed = least.change;
-  rayrep::tool::run(changed, is_interrupted);
+    throw rayrep::Error(rayrep::ErrorCode::goal, (options.quiet ? refusal + " " : "") +
+                                                     "Nothing that --allow lets change does: tried " + advice.tried + ".");
 }
 
 /// What is closed of standard input, output and error is kept from becoming one of the files that are opened: writing to it fails.

@@ -72,10 +72,12 @@ struct Options {
   double insert_density() const;  ///< of what is in insert_output
   /// All meshes that are written.
   std::vector<std::filesystem::path> meshes() const;
-  std::vector<ChangeKind> allow;  ///< which changes are made where it cannot be done as asked
-  std::string changed;            ///< what was changed so; empty: nothing
-  bool suggest = false;           ///< print command lines that would succeed when this one cannot
-  bool no_advice = false;         ///< do not look for them
+  std::vector<ChangeKind> allow;               ///< which changes are made where it cannot be done as asked
+  std::string changed;                         ///< what was changed so; empty: nothing
+  std::shared_ptr<const Deformation> outside;  ///< what is to become of the outside, where that is known already
+  bool attempt = false;                        ///< what does not do is not told
+  bool suggest = false;                        ///< print command lines that would succeed when this one cannot
+  bool no_advice = false;                      ///< do not look for them
   bool json = false;
   bool quiet = false;
   bool verbose = false;

@@ -389,8 +389,8 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   report.timings_s = stages.finish();
   report.peak_memory_mb = peak_memory_mb();
   if (!report.after.pass()) {
-    write_report(options, report);
-    if (!options.quiet) std::cout << printable(to_text(report, options.verbose));
+    if (!options.attempt) write_report(options, report);
+    if (!options.attempt && !options.quiet) std::cout << printable(to_text(report, options.verbose));
     const std::string jumps =
         sliced
             ? " After " + std::to_string(hollow.slices.size()) +
@@ -444,12 +444,17 @@ HollowOptions hollow_options(const Options& options, const Progress& progress) {
   return how;
 }
 
+DeformOptions deform_options(const Options& options, const Progress& progress) {
+  DeformOptions how = options.deform;
+  for (const auto& path : options.deform_fixed) how.fixed.emplace_back(read_closed(path, options, progress));
+  return how;
+}
+
 /// The solid, or with its outside deformed where that is allowed and takes it.
 Mesh outside_for(const Options& options, const Mesh& solid, const HollowOptions& how, RunReport& report, const Progress& progress) {
   if (!options.deform.limit_mm) return solid;
-  DeformOptions deforming = options.deform;
-  for (const auto& path : options.deform_fixed) deforming.fixed.emplace_back(read_closed(path, options, progress));
-  const Deformation deformation = deform(solid, options.spec, how, deforming, progress);
+  const Deformation deformation =
+      options.outside ? *options.outside : deform(solid, options.spec, how, deform_options(options, progress), progress);
   if (!deformation.changed) return solid;
   report.outside = {options.outside_output.string(), deformation.figures(), deformation.words()};
   return as_stored(options.outside_output, deformation.mesh);
@@ -626,7 +631,9 @@ Advice advise(const Options& options, const std::function<bool()>& cancelled, co
   if (!input.checked.report.usable && input.checked.report.repairable) return advise_repair(options, progress, search);
   refuse_unusable(input);
   refuse_loose_bodies(options, input, progress);
-  return suggest(input.checked.mesh, options.spec, hollow_options(options, progress), search, progress);
+  Search looked_for = search;
+  looked_for.deform = deform_options(options, progress);
+  return suggest(input.checked.mesh, options.spec, hollow_options(options, progress), looked_for, progress);
 }
 
 void run(const Options& options, const std::function<bool()>& cancelled) {

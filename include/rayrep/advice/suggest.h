@@ -2,6 +2,7 @@
 
 #include <array>
 #include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "rayrep/make/hollow.h"
 #include "rayrep/mesh/mesh.h"
 #include "rayrep/physics/spec.h"
+#include "rayrep/shape/deform.h"
 
 namespace rayrep {
 
@@ -51,6 +53,7 @@ struct Suggestion {
   std::vector<std::pair<std::string, std::string>>
       options;  ///< names of settings and values: {"wall", "0.8"}; "size": longest side, mm
   std::vector<ChangeKind> kinds = {};
+  std::shared_ptr<const Deformation> outside = {};  ///< that was found, where it is moved
 };
 
 struct Advice {
@@ -63,7 +66,11 @@ struct Search {
   std::vector<ChangeKind> kinds = {};  ///< that may be changed; empty: all
   bool first_only = false;             ///< stop at what changes least
   ChangeLimits limits = {};
+  DeformOptions deform = {};                          ///< but for the limit, which is that of `limits`
   std::function<void(const Suggestion&)> found = {};  ///< called for each suggestion as soon as it is known
+  /// Tries a change in full and says whether it does; empty: it is made and judged. With what delivers what is wanted nothing is
+  /// made twice.
+  std::function<bool(const Suggestion&)> deliver = {};
 };
 
 /// What would do when a goal cannot be met as asked: changes of each kind, the least one of it; one kind at a time and, where no
