@@ -5,6 +5,8 @@
 // clang-format off
 #include "rayrep/rayrep.h"
 
+#include "rayrep/base/child_process.h"    // programs that run beside this one
+
 #include "rayrep/mesh/block_field.h"      // sparse samples of a field
 #include "rayrep/mesh/surface_query.h"    // nearest points and crossings (Embree)
 #include "rayrep/mesh/level_set.h"        // field -> mesh (OpenVDB)

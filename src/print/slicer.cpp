@@ -7,7 +7,7 @@
 #include "base/text.h"
 #include "io/gcode_text.h"
 #include "io/mesh_io_detail.h"
-#include "print/child_process.h"
+#include "rayrep/base/child_process.h"
 #include "rayrep/base/error.h"
 
 namespace rayrep {
@@ -16,18 +16,18 @@ namespace {
 namespace fs = std::filesystem;
 
 /// What went wrong, in words.
-[[noreturn]] void fail(const SlicerOptions& options, const detail::Ended& ended) {
-  const std::string said = ended.output.empty() ? "" : " It said: " + ended.output;
+[[noreturn]] void fail(const SlicerOptions& options, const Ended& ended) {
+  const std::string said = ended.said.empty() ? "" : " It said: " + ended.said;
   switch (ended.how) {
-    case detail::Ended::How::not_found:
-      throw Error(ErrorCode::usage, concat("There is no program '", options.program, "' that can be run (", ended.output,
+    case Ended::How::not_found:
+      throw Error(ErrorCode::usage, concat("There is no program '", options.program, "' that can be run (", ended.said,
                                            "). Install it, or say where it is: --slicer /path/to/prusa-slicer."));
-    case detail::Ended::How::took_too_long:
+    case Ended::How::took_too_long:
       throw Error(ErrorCode::solver,
                   concat("'", options.program, "' took longer than ", options.time_limit_s, " s and was stopped.", said));
-    case detail::Ended::How::killed_by_signal:
+    case Ended::How::killed_by_signal:
       throw Error(ErrorCode::solver, concat("'", options.program, "' was ended by signal ", ended.code, ".", said));
-    case detail::Ended::How::exited:
+    case Ended::How::exited:
       break;
   }
   throw Error(ErrorCode::solver,
@@ -95,16 +95,16 @@ Sliced slice(const Delivery& delivery, const std::string& ending, const fs::path
     for (Part& part : turned.parts) part.mesh = transformed(part.mesh, Eigen::Affine3d(upright));
   write_delivery(model, turned);
 
-  detail::Command command{options.program, {"--export-gcode"}, folder.path(), options.time_limit_s};
-  auto& words = command.arguments;
+  ProgramCall call{options.program, {"--export-gcode"}, folder.path(), folder.path() / "output", {}};
+  auto& words = call.arguments;
   if (!options.profile.empty()) words.insert(words.end(), {"--load", fs::absolute(options.profile).string()});
   const Eigen::Vector2d& centre = profile.bed_centre_mm;
   words.insert(words.end(),
                {"--fill-density", "100%", "--fill-pattern", "rectilinear", "--support-material-buildplate-only", "--center",
                 shown(centre.x(), 9) + "," + shown(centre.y(), 9), "--output", laid_down.string(), model.string()});
-  const detail::Ended ended = detail::run_program(command, progress);
+  const Ended ended = run_program(call, options.time_limit_s, progress);
   std::error_code error;
-  if (ended.how != detail::Ended::How::exited || ended.code != 0 || !fs::exists(laid_down, error)) fail(options, ended);
+  if (ended.how != Ended::How::exited || ended.code != 0 || !fs::exists(laid_down, error)) fail(options, ended);
 
   progress.check();
   Sliced sliced;

@@ -4,6 +4,7 @@
 #include <array>
 #include <boost/program_options.hpp>
 #include <cctype>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <map>
@@ -534,6 +535,95 @@ std::vector<Group> inspect_groups(Options& options) {
   return {{"The mesh", mesh_rows(options)}, output};
 }
 
+/// "2/8"
+void parse_shard(const std::string& text, BatchOptions& batch) {
+  const std::size_t slash = text.find('/');
+  const auto refuse = [&text] { usage_error("--shard takes which part of how many, like 2/8; it is '" + text + "'."); };
+  if (slash == std::string::npos) refuse();
+  const double shard = parse_number("shard", text.substr(0, slash));
+  const double shards = parse_number("shard", text.substr(slash + 1));
+  if (!(shard >= 1 && shard <= shards && shards <= 1e6) || shard != std::floor(shard) || shards != std::floor(shards)) refuse();
+  batch.shard = static_cast<std::size_t>(shard);
+  batch.shards = static_cast<std::size_t>(shards);
+}
+
+void parse_at_once(const std::string& text, BatchOptions& batch) {
+  const double count = parse_number("jobs", text);
+  if (!(count >= 1 && count <= 1024) || count != std::floor(count)) usage_error("--jobs takes 1 to 1024; it is '" + text + "'.");
+  batch.at_once = static_cast<std::size_t>(count);
+}
+
+void parse_ending(const std::string& text, BatchOptions& batch) {
+  batch.ending = text[0] == '.' ? text : "." + text;
+  if (!can_write("x" + batch.ending)) usage_error("--format is stl, obj, ply or 3mf; it is '" + text + "'.");
+}
+
+std::vector<Group> batch_groups(Options& options) {
+  BatchOptions& batch = options.batch;
+  Settings running = {
+      {.name = "output,o",
+       .value = "FOLDER",
+       .words = "gets what they write, a report of each, and results.jsonl",
+       .details =
+           "Of job ID: ID.stl or what else it makes, ID.json, its report, and lines/ID.json, its line. results.jsonl has all "
+           "lines in the order of the jobs: exit code, message, figures, seconds, memory, hash of the mesh, version. What has "
+           "its line is not run again, unless the mesh, the job or rayrep is another one.",
+       .place = path_place(batch.folder)},
+      {.name = "shard",
+       .value = "I/N",
+       .words = "run only every N-th job, from the I-th on",
+       .details =
+           "For several machines with one folder: each runs a part, and whoever ends last writes the whole of results.jsonl.",
+       .place = TextPlace{[&batch](const std::string& text) { parse_shard(text, batch); },
+                          [&batch] { return std::to_string(batch.shard) + "/" + std::to_string(batch.shards); }}},
+      {.name = "jobs",
+       .value = "J",
+       .words = "run so many at once (default: as many as there are cores)",
+       .details = "Each is a process of its own and takes its share of the cores.",
+       .place = TextPlace{[&batch](const std::string& text) { parse_at_once(text, batch); },
+                          [&batch] { return batch.at_once ? std::to_string(batch.at_once) : std::string("auto"); }}},
+      {.name = "timeout",
+       .value = "S",
+       .words = "stop a job after S seconds",
+       .details = "Its line then says so, with exit code 124.",
+       .place = &batch.time_limit_s,
+       .range = Range::positive(),
+       .unset = "none"},
+      {.name = "retry", .value = "", .words = "run again what crashed or took too long", .details = "", .place = &batch.retry},
+      {.name = "format",
+       .value = "KIND",
+       .words = "of the meshes: stl, obj, ply, 3mf (default: as usual)",
+       .details = "",
+       .place = TextPlace{[&batch](const std::string& text) { parse_ending(text, batch); },
+                          [&batch] { return batch.ending.empty() ? std::string("auto") : batch.ending.substr(1); }}},
+      {.name = "summary",
+       .value = "FILE.csv",
+       .words = "write all lines as a table, too",
+       .details = "With everything done already that is all that happens.",
+       .place = path_place(batch.summary)}};
+  Settings rest = common_rows(options, false);
+  std::erase_if(rest, [](const Setting& s) { return s.name == "threads"; });
+  return {{"Running jobs", running}, {"Output", rest}};
+}
+
+std::vector<Group> sweep_groups(Options& options) {
+  return {{"The study",
+           {{.name = "vary",
+             .value = "NAME=VALUES",
+             .words = "an option and its values: wall=0.8,1.2 or size=60..100/5",
+             .details = "May be given several times: all combinations are made. LO..HI/N are N values, evenly; where values hold "
+                        "commas, put | between them: up=0,1,1|z.",
+             .place = TextPlace{[&options](const std::string& text) { options.vary.push_back(text); },
+                                [] { return std::string("none"); }},
+             .repeated = true},
+            {.name = "output,o",
+             .value = "JOBS.jsonl",
+             .words = "where to write (default: standard output)",
+             .details = "",
+             .place = path_place(options.output)},
+            {.name = "help,h", .value = "", .words = "this text", .details = "", .place = TextPlace{}}}}};
+}
+
 std::string long_name(const Setting& setting) { return setting.name.substr(0, setting.name.find(',')); }
 
 // ---------------------------------------------------------------------------------------------------------------------- parsing
@@ -687,7 +777,7 @@ void check_each(const Options& options) {
 }
 
 void check_spec(const Options& options) {
-  if (options.command == Command::inspect || options.command == Command::measure) return;
+  if (options.command != Command::hollow && options.command != Command::verify) return;
   const For purpose = options.command == Command::hollow ? For::making : For::judging;
   std::visit([purpose](const auto& s) { check(s, purpose); }, options.spec);
 }
@@ -800,6 +890,12 @@ void choose_output(Options& options) {
     usage_error("Cannot tell what to write from the name '" + options.output.string() + "': end it in .stl, .obj, .ply or .3mf.");
 }
 
+/// @throws Error{usage} for an output that is missing
+void choose_batch(Options& options) {
+  if (options.command == Command::batch && options.batch.folder.empty())
+    usage_error("Name the folder for what the jobs write: rayrep batch " + quoted(options.input.string()) + " -o FOLDER.");
+}
+
 /// @throws Error{usage} with the commands there are
 const Syntax& syntax_of(const std::string& word) {
   std::string known;
@@ -891,6 +987,13 @@ const std::vector<Syntax>& commands() {
                    "rayrep inspect MESH [options]: size, volume, mass, centre of mass, inertia and defects of MESH.\n"
                    "Of a .gcode or .sl1 file what measure tells.\n",
                    "size, volume, mass, inertia and defects of MESH", Command::inspect});
+    all.push_back({"batch",
+                   "rayrep batch JOBS.jsonl -o FOLDER [options]: run many, each as a process of its own.\n"
+                   "A job is a line of JSON: {\"command\": \"float\", \"mesh\": \"duck.stl\", \"options\": {\"wall\": 0.8}}\n"
+                   "Run it again to go on where it was. Exit code 0: every job has its line, whatever that says.\n",
+                   "run many jobs, several at once, and go on where that was interrupted", Command::batch});
+    all.push_back({"sweep", "rayrep sweep COMMAND MESH... [options of COMMAND] --vary NAME=VALUES ...: the jobs of a study.\n",
+                   "write the jobs of a parameter study", Command::sweep});
     return all;
   }();
   return table;
@@ -906,6 +1009,10 @@ std::vector<Group> groups_of(const Syntax& syntax, Options& options) {
       return inspect_groups(options);
     case Command::measure:
       return measure_groups(options);
+    case Command::batch:
+      return batch_groups(options);
+    case Command::sweep:
+      return sweep_groups(options);
     case Command::text:
       break;
   }
@@ -1036,6 +1143,69 @@ std::string judging_command(const Options& options, const Spec& spec, const std:
   return text;
 }
 
+namespace {
+
+/// The words of a sweep that are its own, and those of the job it varies, with all its meshes.
+struct SweepWords {
+  std::vector<const char*> own;
+  std::vector<std::string> meshes;
+  std::vector<std::pair<std::string, std::string>> options;
+};
+SweepWords split_sweep(int argc, const char* const* argv, const Syntax& varied) {
+  SweepWords words{{argv[0], argv[1]}, {}, {}};
+  Options options = defaults_of(varied);
+  std::set<std::string> switches;
+  for (const Group& group : groups_of_all_goals(varied, options))
+    for (const Setting& s : group.settings)
+      if (s.value.empty()) switches.insert(long_name(s));
+  for (int n = 3; n < argc; ++n) {
+    const std::string word = argv[n];
+    const std::size_t equals = word.find('=');
+    const std::string name = word.substr(0, equals);
+    const bool ours = name == "--vary" || name == "--output" || name.starts_with("-o") || name == "--help" || name == "-h";
+    const bool alone = equals != std::string::npos || n + 1 == argc;
+    if (ours) {
+      words.own.push_back(argv[n]);
+      if (!alone && (name == "--vary" || name == "--output" || name == "-o")) words.own.push_back(argv[++n]);
+    } else if (!word.starts_with("--")) {
+      words.meshes.push_back(word);
+    } else if (equals != std::string::npos) {
+      words.options.emplace_back(name.substr(2), word.substr(equals + 1));
+    } else {
+      words.options.emplace_back(name.substr(2), switches.contains(name.substr(2)) || alone ? "" : argv[++n]);
+    }
+  }
+  return words;
+}
+
+Options parse_sweep(int argc, const char* const* argv, const Syntax& syntax) {
+  Options options = defaults_of(syntax);
+  const std::string word = argc > 2 ? argv[2] : "";
+  if (word == "--help" || word == "-h") {
+    options.command = Command::text;
+    options.text = help_text(syntax);
+    return options;
+  }
+  if (word.empty()) usage_error("Say what is varied: rayrep sweep float duck.stl --vary wall=0.8,1.2.");
+  const SweepWords words = split_sweep(argc, argv, syntax_of(word));
+  const std::vector<Group> groups = groups_of(syntax, options);
+  const Given given = split(static_cast<int>(words.own.size()), words.own.data(), groups);
+  if (given.contains("help")) {
+    options.command = Command::text;
+    options.text = help_text(syntax);
+    return options;
+  }
+  apply(groups, given, options);
+  if (words.meshes.empty()) usage_error("Name the meshes: rayrep sweep " + word + " MESH ... --vary NAME=VALUES.");
+  if (options.vary.empty()) usage_error("Say what is varied: --vary wall=0.8,1.2.");
+  std::vector<Varied> varied;
+  for (const std::string& text : options.vary) varied.push_back(parse_varied(text));
+  options.sweep = sweep({"", word, "", words.options}, words.meshes, varied);
+  return options;
+}
+
+}  // namespace
+
 Options parse_command_line(int argc, const char* const* argv) {
   const std::string word = argc > 1 ? argv[1] : "";
   if (word.empty()) usage_error("Say what to do.\n\n" + overview());
@@ -1045,6 +1215,7 @@ Options parse_command_line(int argc, const char* const* argv) {
     return printed;
   }
   const Syntax& syntax = syntax_of(word);
+  if (syntax.command == Command::sweep) return parse_sweep(argc, argv, syntax);
   Options options = defaults_of(syntax);
   const Given given = split(argc, argv, groups_of_all_goals(syntax, options));
   if (given.contains("help")) {
@@ -1067,6 +1238,7 @@ Options parse_command_line(int argc, const char* const* argv) {
   check_spec(options);
   check_each(options);
   choose_output(options);
+  choose_batch(options);
   check_slicer(given, options);
   note_in_force(groups, options);
   refuse_overwriting(options);

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "jobs.h"
 #include "rayrep/advice/suggest.h"
 #include "rayrep/base/setting.h"
 #include "rayrep/io/mesh_io.h"
@@ -18,12 +19,25 @@
 
 namespace rayrep::tool {
 
-enum class Command { hollow, verify, inspect, measure, text };
+enum class Command { hollow, verify, inspect, measure, batch, sweep, text };
 
 /// A file with a body that is not printed.
 struct FixedFile {
   std::filesystem::path path;
   double density_g_cm3 = 0;
+};
+
+/// How the jobs of a file are run.
+struct BatchOptions {
+  std::filesystem::path folder;  ///< gets what they write
+  std::size_t shard = 1;         ///< of
+  std::size_t shards = 1;        ///< only each n-th job is run
+  std::size_t at_once = 0;       ///< 0: as many as there are cores
+  std::size_t threads_each = 1;
+  std::optional<double> time_limit_s;  ///< of a job
+  std::string ending;                  ///< of meshes: ".3mf"; empty: the usual one
+  bool retry = false;                  ///< what crashed or took too long
+  std::filesystem::path summary;       ///< a table, CSV; empty: none
 };
 
 /// The command line, parsed and checked as far as that is possible without the mesh.
@@ -40,14 +54,17 @@ struct Options {
   bool rigid = false;             ///< bodies that do not touch are held together by something
   bool each = false;              ///< bodies that do not touch are treated one by one
 
-  std::string goal = "float";    ///< hollow, verify: one of the goals' words
-  Spec spec;                     ///< hollow, verify: what MESH is, or shall be, for
-  Print print;                   ///< inspect, measure
-  bool density_given = false;    ///< by --density or --material
-  PrintedOptions printed;        ///< of a file for a printer: how it is read,
-  PlacePrintOptions placing;     ///< and how the mesh lies in it, but for
-  double turned_deg = 0;         ///< by which it is turned on the bed
-  std::vector<FixedFile> fixed;  ///< hollow, verify: in mm, in the place where they are in the body
+  std::string goal = "float";     ///< hollow, verify: one of the goals' words
+  Spec spec;                      ///< hollow, verify: what MESH is, or shall be, for
+  Print print;                    ///< inspect, measure
+  bool density_given = false;     ///< by --density or --material
+  BatchOptions batch;             ///< batch
+  std::vector<Job> sweep;         ///< sweep: what it writes
+  std::vector<std::string> vary;  ///< and of what: NAME=VALUES
+  PrintedOptions printed;         ///< of a file for a printer: how it is read,
+  PlacePrintOptions placing;      ///< and how the mesh lies in it, but for
+  double turned_deg = 0;          ///< by which it is turned on the bed
+  std::vector<FixedFile> fixed;   ///< hollow, verify: in mm, in the place where they are in the body
   HollowOptions hollow;
   DeformOptions deform;                             ///< without a limit the outside stays as it is
   std::vector<std::filesystem::path> deform_fixed;  ///< meshes, in mm, where they are in the body: what lies in them does not move

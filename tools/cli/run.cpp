@@ -14,6 +14,7 @@
 #include <list>
 #include <system_error>
 
+#include "batch.h"
 #include "interrupt.h"
 #include "measure.h"
 #include "rayrep/rayrep.h"
@@ -655,6 +656,12 @@ void run(const Options& options, const std::function<bool()>& cancelled) {
       break;
     case Command::measure:
       run_measure(options, stages, progress);
+      break;
+    case Command::batch:
+      run_batch(options, progress);
+      break;
+    case Command::sweep:
+      run_sweep(options);
       break;
     case Command::text:
       std::cout << options.text;
