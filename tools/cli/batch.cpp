@@ -102,6 +102,14 @@ void make_folder(const fs::path& path) {
   if (error) throw Error(ErrorCode::write, "Cannot make the folder '" + path.string() + "': " + error.message() + ".");
 }
 
+/// Writes text in a work folder and gets it into place by renaming: whoever is killed leaves nothing elsewhere.
+void put_in_place(const fs::path& work, const fs::path& target, const std::string& text) {
+  write_text_file(work / "text", text);
+  std::error_code error;
+  fs::rename(work / "text", target, error);
+  if (error) throw Error(ErrorCode::write, "Cannot put '" + target.string() + "' in place: " + error.message() + ".");
+}
+
 /// While there is one no other process has one on the same file.
 class Lock {
 public:
@@ -216,7 +224,7 @@ public:
     line["cpu_seconds"] = rounded(ended.cpu_s);
     line["memory_mb"] = rounded(ended.peak_memory_mb);
     line["key"] = planned_.key;
-    write_text_file(batch_.folder / "lines" / (planned_.job.id + ".json"), line.dump() + "\n");
+    put_in_place(work_, batch_.folder / "lines" / (planned_.job.id + ".json"), line.dump() + "\n");
     return line;
   }
 
@@ -280,7 +288,7 @@ private:
     line["figures"] = Json::object();
     for (const auto& [name, value] : (report.contains("after") ? report["after"] : report).items())
       if (value.is_number() || value.is_string() || value.is_boolean()) line["figures"][name] = value;
-    write_text_file(kept, report.dump(1) + "\n");
+    put_in_place(work_, kept, report.dump(1) + "\n");
   }
 
   Json move_outputs() const {
@@ -364,7 +372,11 @@ std::vector<Json> write_results(const std::vector<Planned>& jobs, const BatchOpt
     text += line->dump() + "\n";
     lines.push_back(std::move(*line));
   }
-  write_text_file(batch.folder / "results.jsonl", text);
+  const fs::path work = work_folder(batch.folder, "results");
+  make_folder(work);
+  put_in_place(work, batch.folder / "results.jsonl", text);
+  std::error_code ignored;
+  fs::remove_all(work, ignored);
   if (!batch.summary.empty()) write_text_file(batch.summary, csv(lines));
   return lines;
 }
