@@ -36,6 +36,7 @@
 #include "rayrep/physics/spin.h"             // which axis, and at which speeds a spin is stable
 #include "rayrep/physics/support_polygon.h"  // contact with the ground, tipping angles
 #include "rayrep/physics/ground_rest.h"      // how a body rolls to rest on level ground
+#include "rayrep/physics/resting_faces.h"    // on which faces it comes to rest, and how often
 #include "rayrep/physics/materials.h"        // densities
 #include "rayrep/physics/spin_axis.h"        // through which point a body spins
 #include "rayrep/physics/spec.h"             // what a body is for
