@@ -361,6 +361,9 @@ Objection speaks_against(const rayrep::PoseSpec& spec, const Weighed& weighed) {
   return {};
 }
 
+/// Where the centre of mass is, is what decides; of what rolls where there is no second opinion.
+Objection speaks_against(const rayrep::DiceSpec&, const Weighed&) { return {}; }
+
 }  // namespace
 
 Objection objection(const Mesh& delivered, const Mesh* original, const rayrep::Spec& spec, const Limits& limits) {

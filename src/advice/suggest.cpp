@@ -72,6 +72,12 @@ void set(Spec& spec, const std::string& name, const std::string& text) {
   }
 }
 
+/// Goals that ask for a centre of mass, wherever from: neither another side up nor a moved outside is an answer to them.
+bool is_of_numbers(const Spec& spec) {
+  return std::holds_alternative<TargetSpec>(spec) || std::holds_alternative<PoseSpec>(spec) ||
+         std::holds_alternative<DiceSpec>(spec);
+}
+
 class Adviser {
 public:
   Adviser(const Mesh& mesh, const Spec& asked, const HollowOptions& options, const Search& search, const Progress& progress)
@@ -499,7 +505,7 @@ std::optional<Change> Adviser::tilt_to_float(const Change& before) {
 }
 
 void Adviser::add_attitudes() {
-  if (std::holds_alternative<TargetSpec>(asked_) || std::holds_alternative<PoseSpec>(asked_)) return;
+  if (is_of_numbers(asked_)) return;
   ways_.push_back({ChangeKind::up, "the other sides up", {}, [this](const Change& before) { return attitude(before); }});
 }
 
@@ -547,7 +553,7 @@ std::optional<Change> Adviser::flattening(const Change& before, const std::strin
 void Adviser::add_balls() {
   const Print& print = print_of(asked_);
   if (print.infill.wanted() || print.core.wanted() || print.balls.wanted()) return;
-  if (std::holds_alternative<TargetSpec>(asked_) || std::holds_alternative<PoseSpec>(asked_)) return;
+  if (is_of_numbers(asked_)) return;
   ways_.push_back(
       {ChangeKind::balls, "4, 8 and 16 balls of steel", {}, [this](const Change& before) { return steel_balls(before); }});
 }
@@ -573,7 +579,7 @@ bool says_places(const Spec& asked) {
   if (const auto* spec = std::get_if<PoseSpec>(&asked))
     return std::any_of(spec->poses.begin(), spec->poses.end(),
                        [](const Pose& pose) { return pose.kind == Pose::Kind::hangs || pose.waterline_mm; });
-  return true;
+  return !std::holds_alternative<DiceSpec>(asked);
 }
 
 void Adviser::add_sizes() {
@@ -599,13 +605,15 @@ void Adviser::add_materials() {
     for (const Material& m : nearest)
       if (m.name != "resin" && (lighter ? m.density_g_cm3 < asked - 1e-6 : m.density_g_cm3 > asked + 1e-6))
         way.ladder.push_back({"printed of " + m.name + " (" + number(m.density_g_cm3, 2) + " g/cm3)", {{"material", m.name}}});
-    const bool matters = std::holds_alternative<FloatSpec>(asked_) || std::holds_alternative<TargetSpec>(asked_);
+    // A lighter print lets what is heavy in a die move its centre of mass farther.
+    const bool loads = std::holds_alternative<DiceSpec>(asked_) && (print_of(asked_).core.wanted() || !options_.fixed.empty());
+    const bool matters = std::holds_alternative<FloatSpec>(asked_) || std::holds_alternative<TargetSpec>(asked_) || loads;
     if (matters && !way.ladder.empty()) ways_.push_back(std::move(way));
   }
 }
 
 void Adviser::add_deformation() {
-  if (std::holds_alternative<TargetSpec>(asked_) || std::holds_alternative<PoseSpec>(asked_)) return;
+  if (is_of_numbers(asked_)) return;
   ways_.push_back({ChangeKind::deform,
                    "an outside moved by up to " + number(100 * search_.limits.deform, 0) + " % of the diagonal",
                    {},

@@ -98,5 +98,6 @@ SpinVerdict judge_print(const PrintInHull& print, const SpinSpec& spec, const Li
 StandVerdict judge_print(const PrintInHull& print, const StandSpec& spec, const Limits& limits, const Progress& progress);
 TargetVerdict judge_print(const PrintInHull& print, const TargetSpec& spec, const Limits& limits, const Progress& progress);
 PoseVerdict judge_print(const PrintInHull& print, const PoseSpec& spec, const Limits& limits, const Progress& progress);
+DiceVerdict judge_print(const PrintInHull& print, const DiceSpec& spec, const Limits& limits, const Progress& progress);
 
 }  // namespace rayrep::verify_detail

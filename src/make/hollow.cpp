@@ -103,7 +103,8 @@ Settings settings(HollowOptions& options, const Spec& spec) {
        .place = choice("solver", options.solver, kSolverNames)}};
   std::erase_if(rows, [&spec](const Setting& row) {
     return (row.name == "bounds" && !std::holds_alternative<SpinSpec>(spec)) ||
-           (row.name == "solver" && (std::holds_alternative<TargetSpec>(spec) || std::holds_alternative<PoseSpec>(spec)));
+           (row.name == "solver" && (std::holds_alternative<TargetSpec>(spec) || std::holds_alternative<PoseSpec>(spec) ||
+                                     std::holds_alternative<DiceSpec>(spec)));
   });
   return rows;
 }

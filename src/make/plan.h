@@ -37,6 +37,7 @@ Plan plan(const Mesh& solid, const StandSpec& spec, const HollowOptions& options
 /// @throws Error{usage} when all ten numbers are wanted, which takes more than one plan: see make/target.cpp
 Plan plan(const Mesh& solid, const TargetSpec& spec, const HollowOptions& options, const Progress& progress);
 Plan plan(const Mesh& solid, const PoseSpec& spec, const HollowOptions& options, const Progress& progress);
+Plan plan(const Mesh& solid, const DiceSpec& spec, const HollowOptions& options, const Progress& progress);
 
 /// Carries it out with the cavity as what is made.
 /// @param correction  if not null: the correction of the constant part that led to what is delivered

@@ -283,6 +283,37 @@ TextPlace poses_place(PoseSpec& spec, Pose::Kind kind) {
           }};
 }
 
+/// "z", "0,1,1:0.4", "-x:40%".
+TextPlace load_place(std::optional<DiceSpec::Load>& load) {
+  return {[&load](const std::string& text) {
+            const std::size_t colon = text.find(':');
+            DiceSpec::Load parsed{parse_direction(text.substr(0, colon)), std::nullopt};
+            if (colon != std::string::npos) {
+              std::string number = text.substr(colon + 1);
+              const bool percent = number.ends_with('%');
+              if (percent) number.pop_back();
+              parsed.share = parse_number("load", number) / (percent ? 100 : 1);
+              if (!(*parsed.share > 0 && *parsed.share < 1))
+                usage_error("The share in --load must lie between 0 and 1, or 0% and 100%; it is " + text.substr(colon + 1) + ".");
+            }
+            load = parsed;
+          },
+          [&load] {
+            if (!load) return std::string("none");
+            return shown_direction(load->up) + (load->share ? ":" + shown(*load->share) : "");
+          }};
+}
+
+TextPlace faces_place(int& faces) {
+  return {[&faces](const std::string& text) {
+            const double count = text == "all" ? 0 : parse_number("faces", text);
+            if (text != "all" && !(count >= 2 && count <= 1000 && count == std::floor(count)))
+              usage_error("--faces takes a whole number from 2 to 1000, or all; it is '" + text + "'.");
+            faces = static_cast<int>(count);
+          },
+          [&faces] { return faces == 0 ? std::string("all") : std::to_string(faces); }};
+}
+
 /// Nothing that is printed or floated in is heavier than 25 g/cm3: then kg/m3 was meant.
 void check_density(const char* name, double density_g_cm3) {
   if (!Range::positive().contains(density_g_cm3))
@@ -903,6 +934,42 @@ Settings settings(PoseSpec& spec, For purpose) {
       purpose);
 }
 
+Settings settings(DiceSpec& spec, For purpose) {
+  const bool judges = purpose == For::judging;  // whose help has no room for them
+  return asked_for(
+      {up_row(spec.up),
+       {.name = "load",
+        .value = "UP[:SHARE]",
+        .words = "loaded: this up as often as it can, or so often: z:0.4",
+        .details = "x, -z, 0,1,1 ...: what points up when it has come to rest, within 10 degrees; what it rests on is "
+                   "opposite. SHARE is of all throws: 0.4 or 40%. Without --load the die is fair.",
+        .place = load_place(spec.load),
+        .rare = judges},
+       {.name = "faces",
+        .value = "N",
+        .words = "of a fair die: so many, those it falls on most often; or all",
+        .details = "Of a long prism with N sides its ends need not count. Default: all faces on which it comes to rest.",
+        .place = faces_place(spec.faces),
+        .rare = judges},
+       {.name = "fairness",
+        .value = "RATIO",
+        .words = "how much more often it may fall on one face than on another",
+        .details =
+            "The largest share of all throws over the smallest one of the faces that count. Where no inside is so fair the refusal "
+            "tells how fair it can be.",
+        .place = &spec.fairness,
+        .range = {.lo = 1, .hi = 1000},
+        .rare = judges},
+       {.name = "shake",
+        .value = "DEG",
+        .words = "what holds it by no more than this is no face: chamfers",
+        .details = "A face from which it rolls on, to where it is lower, when it is tilted by so many degrees.",
+        .place = &spec.shake_deg,
+        .range = {.lo = 0, .hi = 45, .open = false},
+        .rare = judges}},
+      purpose);
+}
+
 std::string words_of(const Pose& pose, const Eigen::Vector3d& usual_up) {
   const Eigen::Vector3d up = pose.up_or(usual_up).normalized();
   const std::string name = shown_direction(up);
@@ -1011,6 +1078,16 @@ void check(const PoseSpec& spec, For purpose) {
     if (pose.waterline_mm && !Range::positive().contains(*pose.waterline_mm))
       usage_error("The waterline of --float must be a positive number; it is " + shown(*pose.waterline_mm) + ".");
   }
+}
+
+void check(const DiceSpec& spec, For purpose) {
+  check_rows(spec, purpose);
+  if (spec.faces != 0 && spec.faces < 2) usage_error("A die has at least two faces: --faces " + std::to_string(spec.faces) + ".");
+  if (!spec.load) return;
+  check_up(spec.load->up);
+  if (spec.faces != 0) usage_error("--faces is of fair dice: leave it out, or --load.");
+  if (spec.load->share && !(*spec.load->share > 0 && *spec.load->share < 1))
+    usage_error("The share in --load must lie between 0 and 1; it is " + shown(*spec.load->share) + ".");
 }
 
 Print& print_of(Spec& spec) {

@@ -48,7 +48,7 @@ std::string value_text(const Criterion& c, double value) {
   if (!std::isfinite(value)) return "-";
   if (is_angle(c)) return format("%.4f", degrees(value));
   if (c.name == "trapped_resin") return format("%.2f", value);
-  if (c.name == "wall" || c.name.ends_with("metacentric_height")) return format("%.3f", value);
+  if (c.name == "wall" || c.name == "fairness" || c.name.ends_with("metacentric_height")) return format("%.3f", value);
   if (value == std::round(value) && std::abs(value) < 1e6) return format("%.0f", value);
   return format("%.2e", value);
 }
@@ -98,6 +98,8 @@ public:
       add_lines(before, after);
     else if (const auto* list = std::get_if<std::vector<double>>(&after.value))
       add_list(before, after, *list);
+    else if (const auto* record = std::get_if<Record>(&after.value))
+      add_record(before, after, *record);
     else
       row(after.words + unit_words(after.unit), before ? cell(*before) : "", cell(after));
   }
@@ -119,6 +121,25 @@ private:
     if (!other || other->size() != list.size() || list.size() > few) return;
     for (std::size_t n = 0; n < list.size(); ++n)
       row(after.words + " " + std::to_string(n + 1), cell(after, (*other)[n]), cell(after, list[n]));
+  }
+
+  /// One row an entry, beside the entry of that name.
+  void add_record(const Figure* before, const Figure& after, const Record& record) {
+    const auto* other = before ? std::get_if<Record>(&before->value) : nullptr;
+    const auto text = [&after](const Scalar& value) {
+      const double* number = std::get_if<double>(&value);
+      return number ? cell(after, *number) : after.none;
+    };
+    for (const auto& [name, value] : record) {
+      const auto same = [&name = name](const auto& entry) { return entry.first == name; };
+      const auto found = other ? std::find_if(other->begin(), other->end(), same) : record.end();
+      row(after.words + " " + name, other && found != other->end() ? text(found->second) : after.none, text(value));
+    }
+    if (!other) return;
+    for (const auto& [name, value] : *other) {
+      const auto same = [&name = name](const auto& entry) { return entry.first == name; };
+      if (std::none_of(record.begin(), record.end(), same)) row(after.words + " " + name, text(value), after.none);
+    }
   }
 
   bool with_before_;

@@ -158,6 +158,16 @@ TEST(Suggest, APoseBesideAFaceGetsTheFace) {
   EXPECT_NE(faces->change.find("12.6 degrees off"), std::string::npos) << faces->change;
 }
 
+TEST(Suggest, ADieOutOfReachGetsAThinnerWallALargerSizeOrACore) {
+  DiceSpec spec;
+  spec.load = DiceSpec::Load{Vector3d(0, 0, 1), 0.24};
+  const Advice advice = advice_that_works(test::box({0, 0, 0}, {20, 20, 20}), spec);
+  EXPECT_NE(by(advice, "wall"), nullptr);
+  EXPECT_NE(by(advice, "size"), nullptr);
+  EXPECT_NE(by(advice, "core-material"), nullptr);
+  EXPECT_EQ(by(advice, "up"), nullptr);
+}
+
 // In a gas nothing floats.
 TEST(Suggest, SaysWhatWasTriedWhenNothingDoes) {
   FloatSpec spec;

@@ -39,6 +39,10 @@ const std::map<std::string, std::string> kTexts = {{"up", "-x"},
                                                    {"float", "-z:12.5;y"},
                                                    {"roly-poly", "y"},
                                                    {"min-tip", "20"},
+                                                   {"load", "z:0.4"},
+                                                   {"faces", "6"},
+                                                   {"fairness", "1.1"},
+                                                   {"shake", "5"},
                                                    {"max-mass", "50"},
                                                    {"at-least", "mass=3,com_z=-2"},
                                                    {"at-most", "mass=9,ixx=4"}};
@@ -75,6 +79,7 @@ TEST(Spec, RowsKeepWhatTheyAreTold) {
   expect_rows_keep_what_they_are_told<StandSpec>();
   expect_rows_keep_what_they_are_told<TargetSpec>();
   expect_rows_keep_what_they_are_told<PoseSpec>();
+  expect_rows_keep_what_they_are_told<DiceSpec>();
 }
 
 TEST(Spec, JudgesAskForNothingThatMakersAloneUse) {

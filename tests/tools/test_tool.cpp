@@ -385,6 +385,40 @@ TEST_F(Tool, PosesAreMadeAndJudgedAgain) {
   EXPECT_EQ(run("pose block.obj --hang 1,2").code, 2);
 }
 
+TEST_F(Tool, DiceAreMadeAndJudgedAgain) {
+  write_mesh(folder_ / "cube.obj", box({0, 0, 0}, {20, 20, 20}));
+  const Run made = run("dice cube.obj --load z --resolution 30 -v --report dice.json");
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_TRUE(mentions(made.out, {"It is loaded: thrown, it comes to rest with (0, 0, 1) up in", "(solid in 16.67 %)",
+                                  "share of throws, up: (0, 0, -1) ", " 0.1667 ", "Real throws bounce"}))
+      << made.out;
+  const std::string before = "\nto judge it again: rayrep ";
+  const std::size_t at = made.out.find(before);
+  ASSERT_NE(at, std::string::npos) << made.out;
+  const std::string line = made.out.substr(at + before.size(), made.out.find('\n', at + 1) - at - before.size());
+  EXPECT_TRUE(mentions(line, {"--goal dice", "--load 'z:0."})) << line;
+  const Run judged = run(line + " --report verify.json");
+  ASSERT_EQ(judged.code, 0) << line << "\n" << judged.err;
+  const auto dice = nlohmann::json::parse(text_of(folder_ / "dice.json"));
+  const auto verify = nlohmann::json::parse(text_of(folder_ / "verify.json"));
+  for (const char* state : {"before", "after"}) {
+    double sum = 0;
+    ASSERT_EQ(dice[state]["faces"].size(), 6u);
+    for (const auto& face : dice[state]["faces"]) sum += face["share"].get<double>();
+    EXPECT_NEAR(sum, 1, 1e-9);
+  }
+  EXPECT_NEAR(verify["after"]["load_share"].get<double>(), dice["after"]["load_share"].get<double>(), 1e-9);
+  EXPECT_NEAR(dice["before"]["load_share"].get<double>(), 1.0 / 6, 1e-9);
+  EXPECT_EQ(verify["goal"]["load_up"][2], 1);
+  write_mesh(folder_ / "brick.obj", box({0, 0, 0}, {20, 20, 24}));
+  const Run unfair = run("dice brick.obj --resolution 30 --no-advice");
+  EXPECT_EQ(unfair.code, 4);
+  EXPECT_TRUE(mentions(unfair.err, {"It cannot fall fairly", "times as often", "That is its shape"})) << unfair.err;
+  EXPECT_EQ(run("dice cube.obj --load z:1.5").code, 2);
+  EXPECT_EQ(run("dice cube.obj --faces 1").code, 2);
+  EXPECT_EQ(run("dice cube.obj --faces 6 --load z").code, 2);
+}
+
 TEST_F(Tool, SpinTellsHowToVerifyIt) {
   const Mesh tilted = rotated(uv_ellipsoid(30, 22, 16, 24), Eigen::AngleAxisd(0.26, Eigen::Vector3d::UnitX()).toRotationMatrix());
   write_mesh(folder_ / "the egg.obj", tilted);
@@ -596,7 +630,7 @@ TEST_F(Tool, VerifyRefusesOptionsOfOtherGoals) {
                                                        {"--goal stand --prefer largest", "--prefer belongs to --goal spin or yoyo"},
                                                        {"--goal spin --target 0,0,0", "--target belongs to --goal stand"},
                                                        {"--goal float --contact 1", "--contact belongs to --goal stand"},
-                                                       {"--goal swim", "--goal is float, spin, yoyo, stand, target or pose"},
+                                                       {"--goal swim", "--goal is float, spin, yoyo, stand, target, pose or dice"},
                                                        {"--goal spin --point 500,0", "does not meet the mesh"},
                                                        {"--goal spin --point 1", "--point takes"},
                                                        {"--goal yoyo --center 1,2", "--center takes"},
@@ -905,7 +939,7 @@ TEST_F(Tool, ManPageAndCompletionKnowEveryOption) {
 
 TEST_F(Tool, HelpFitsAScreen) {
   for (const char* arguments : {"--help", "float --help", "spin --help", "stand --help", "target --help", "pose --help",
-                                "verify --help", "measure --help", "inspect --help"}) {
+                                "dice --help", "verify --help", "measure --help", "inspect --help"}) {
     const Run result = run(arguments);
     EXPECT_EQ(result.code, 0);
     EXPECT_EQ(result.err, "");

@@ -225,7 +225,8 @@ std::string help_text(const Syntax& syntax) {
   std::string rare;
   for (const Group& group : everything.groups) {
     // The goals that verify may judge by are told close together: its help fits a screen.
-    text += (group.heading.rfind("Goal ", 0) == 0 ? "" : "\n") + group.heading + ":\n";
+    if (!std::all_of(group.settings.begin(), group.settings.end(), [](const Setting& s) { return s.rare; }))
+      text += (group.heading.rfind("Goal ", 0) == 0 ? "" : "\n") + group.heading + ":\n";
     for (const Setting& s : group.settings) {
       if (s.rare) {
         rare += " --" + s.name;
@@ -243,7 +244,7 @@ std::string help_text(const Syntax& syntax) {
 std::string man_page() {
   std::string text = ".TH RAYREP 1 2026 \"rayrep " + version() +
                      "\" \"User Commands\"\n.SH NAME\nrayrep \\- hollow a mesh so that the printed object floats upright, spins, "
-                     "stands, or has a given "
+                     "stands, falls as a die, or has a given "
                      "mass and inertia\n.SH SYNOPSIS\n";
   for (const Syntax& syntax : commands()) text += ".B rayrep " + syntax.word + "\n.I MESH\n.RI [ options ]\n.br\n";
   text += kDescription;

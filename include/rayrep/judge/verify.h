@@ -13,6 +13,7 @@
 #include "rayrep/physics/hydrostatics.h"
 #include "rayrep/physics/inertial.h"
 #include "rayrep/physics/moments.h"
+#include "rayrep/physics/resting_faces.h"
 #include "rayrep/physics/righting_arm.h"
 #include "rayrep/physics/spec.h"
 #include "rayrep/physics/spin.h"
@@ -81,6 +82,8 @@ struct Limits {
   double tipping_angle_rad = 1e-6;  ///< smallest tipping angle; the default only says that the body stands
   // roly-poly
   double righted_tilt_rad = 0.08726646259971647;  ///< 5 degrees: where it rests lies on the facets of the mesh
+  // dice
+  double load_share = 5e-3;  ///< of the share of throws from the wanted one
   // target
   double relative = 1e-3;  ///< deviation of every wanted number, see InertialDeviation
 };
@@ -279,6 +282,38 @@ PoseVerdict verify(const Mesh& delivered, const Mesh* original, const PoseSpec& 
 Figures state_figures(const Mesh& mesh, const PoseSpec& spec, const Limits& limits = {}, const Progress& progress = {});
 
 HangState hang_state_of(const MassProperties& body, const Eigen::Vector3d& point_mm, const Eigen::Vector3d& up);
+
+/// A body as a die.
+struct DiceState {
+  MassProperties body;
+  std::vector<RestingFace> rests;  ///< the largest share first
+  std::size_t counted = 0;         ///< so many of these count as faces of a fair die
+  double largest_share = 0;        ///< of those that count
+  double smallest_share = 0;
+  double load_share = 0;  ///< of a loaded die: share_with_up
+};
+
+struct DiceVerdict : Verdict {
+  DiceSpec spec;  ///< as in FloatVerdict
+  DiceState state;
+  DiceState solid;        ///< the same with all sealed cavities filled
+  double scatter_mm = 0;  ///< print_scatter_mm
+  /// The largest share over the smallest one, or a loaded die's share, at its worst with the centre of mass that far off.
+  double scattered = 0;
+};
+
+/// Judges a delivered mesh, as the judge of floating does, by how often it comes to rest on which of its faces, thrown
+/// quasi-statically (Tumbler). Criteria, in this order: closed, outer_unchanged, no_islands, no_crossings, wall and trapped_resin
+/// as there; then of a closed mesh, of a fair die
+///   faces     on which it comes to rest: at least two, or spec.faces
+///   fairness  the largest share over the smallest one of those that count: at most spec.fairness, with 1e-3 of it for rounding
+/// and of a loaded one
+///   load      with a share: off the wanted one, at most load_share; else the share: more than 0
+/// @throws Error{usage} for a goal that makes no sense; otherwise as verify_float
+DiceVerdict verify(const Mesh& delivered, const Mesh* original, const DiceSpec& spec, const Limits& limits = {},
+                   const Progress& progress = {});
+
+Figures state_figures(const Mesh& mesh, const DiceSpec& spec, const Limits& limits = {}, const Progress& progress = {});
 
 /// The verdict by a spec of any goal, without its typed state.
 Verdict verify(const Mesh& delivered, const Mesh* original, const Spec& spec, const Limits& limits = {},

@@ -157,7 +157,26 @@ struct PoseSpec {
   std::optional<double> least_tip_deg;
 };
 
-using Spec = std::variant<FloatSpec, SpinSpec, StandSpec, TargetSpec, PoseSpec>;
+/// Is thrown as a die: on all of its faces as often, or on one of them as often as possible. How often: Tumbler.
+struct DiceSpec {
+  static constexpr const char* kGoal = "dice";
+  static constexpr int kUsualResolution = 100;
+  static constexpr const char* kGroup = "Dice";
+  static constexpr const char* kMakes = "hollow MESH so that it falls fairly, or loaded";
+
+  Print print;
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< of a maker: along which it casts its rays, unless another axis is better
+  struct Load {
+    Eigen::Vector3d up;           ///< that throws shall end with up, or within 10 degrees of it; need not be a unit vector
+    std::optional<double> share;  ///< of all throws; none: as large as a maker can make it, who says here what that is
+  };
+  std::optional<Load> load;  ///< none: a fair die
+  int faces = 0;             ///< of a fair die: so many, those that it comes to rest on most often; 0: all
+  double fairness = 1.02;    ///< of a fair die: the largest share over the smallest one may be that
+  double shake_deg = 3;      ///< faces that hold it by no more than that do not count
+};
+
+using Spec = std::variant<FloatSpec, SpinSpec, StandSpec, TargetSpec, PoseSpec, DiceSpec>;
 
 /// "standing with z up", "hanging from (0, 0, 30) mm with z up", "floating with (0, 0.6, 0.8) up"
 std::string words_of(const Pose& pose, const Eigen::Vector3d& usual_up);
@@ -172,6 +191,7 @@ Settings settings(SpinSpec& spec, Setting::For purpose);
 Settings settings(StandSpec& spec, Setting::For purpose);
 Settings settings(TargetSpec& spec, Setting::For purpose);
 Settings settings(PoseSpec& spec, Setting::For purpose);
+Settings settings(DiceSpec& spec, Setting::For purpose);
 
 /// @throws Error{usage} for a spec that makes no sense, in the words of its settings
 void check(const FloatSpec& spec, Setting::For purpose);
@@ -179,6 +199,7 @@ void check(const SpinSpec& spec, Setting::For purpose);
 void check(const StandSpec& spec, Setting::For purpose);
 void check(const TargetSpec& spec, Setting::For purpose);
 void check(const PoseSpec& spec, Setting::For purpose);
+void check(const DiceSpec& spec, Setting::For purpose);
 
 /// The print of any spec, and its up direction.
 const Print& print_of(const Spec& spec);
