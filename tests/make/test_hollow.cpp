@@ -320,7 +320,7 @@ TEST(HollowFloat, EveryExampleKeepsTheWallInAllTrianglesAndCrossesNowhereAsStore
     EXPECT_EQ(verdict.crossing_triangles, 0u) << entry.path();
     EXPECT_TRUE(verdict.pass()) << entry.path();
   }
-  EXPECT_EQ(examples, 10u);
+  EXPECT_EQ(examples, 11u);
 }
 
 TEST(WorkingFrame, IsExactAlongTheAxes) {

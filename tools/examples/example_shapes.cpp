@@ -310,6 +310,37 @@ ExampleShape couple() {
   return {"couple", field, {Vector3d(-72, -28, -4), Vector3d(40, 28, 90)}, 1.3};
 }
 
+/// A die of 60 mm with rounded edges and pips cut in, 1 above 6, 2 before 5, 3 beside 4: its centre of mass is off its middle.
+ExampleShape die() {
+  const auto field = [](const Vector3d& p) {
+    constexpr double half = 30;
+    constexpr double rounding = 6;
+    constexpr double apart = 14;
+    const Vector3d q = p.cwiseAbs() - Vector3d::Constant(half - rounding);
+    double solid = q.cwiseMax(0).norm() + std::min(q.maxCoeff(), 0.0) - rounding;
+    // Of the side that the point is nearest to, which are the others too far from to matter.
+    int axis = 0;
+    p.cwiseAbs().maxCoeff(&axis);
+    const int pips = (axis == 2 ? 1 : axis == 1 ? 3 : 2);
+    const int count = p[axis] > 0 ? pips : 7 - pips;
+    const auto cut = [&](int u, int v) {
+      Vector3d centre = Vector3d::Zero();
+      centre[axis] = std::copysign(half + 2.5, p[axis]);
+      centre[(axis + 1) % 3] = apart * u;
+      centre[(axis + 2) % 3] = apart * v;
+      solid = blend_cut(solid, -sphere(p, centre, 6), 0.6);
+    };
+    if (count % 2 == 1) cut(0, 0);
+    for (const int sign : {-1, 1}) {
+      if (count >= 2) cut(sign, sign);
+      if (count >= 4) cut(sign, -sign);
+      if (count == 6) cut(sign, 0);
+    }
+    return solid;
+  };
+  return {"die", field, {Vector3d(-34, -34, -34), Vector3d(34, 34, 34)}, 1.5};
+}
+
 /// A heart in the xz plane that stands on its blunted point.
 ExampleShape heart() {
   const auto field = [](const Vector3d& p) {
@@ -464,7 +495,8 @@ void flip_edges(const ExampleShape& shape, Mesh& mesh) {
 }  // namespace
 
 std::vector<ExampleShape> example_shapes() {
-  return {duck(), bird(), three_spheres(), tilted_ellipsoid(), heart(), teapot(), plump_ellipsoid(), robin(), sumo(), couple()};
+  return {duck(),   bird(), three_spheres(), tilted_ellipsoid(), heart(), teapot(), plump_ellipsoid(), robin(), sumo(),
+          couple(), die()};
 }
 
 Mesh mesh_example(const ExampleShape& shape) {
