@@ -421,19 +421,31 @@ std::optional<Even> evened(const Goal& centred, const Vector3d& centre, const Bo
 
 /// What is known of the centre of mass that was chosen: a search found it, nothing proves it.
 std::string searched_words(const DiceSpec& spec, double found, bool at_edge) {
-  const std::string where = at_edge ? ", at the edge of those" : "";
-  if (spec.load && spec.load->share) return "as planned it falls so in " + percent(found) + " of all throws";
-  return "of the centres of mass that insides can have a search chose one" + where + ", with which as planned " +
+  if (spec.load && spec.load->share) return "on the rays it falls so in " + percent(found) + " of all throws";
+  return std::string("of the centres of mass that insides can have a search chose one") +
+         (at_edge ? ", at the edge of those" : "") + ", with which " +
          (spec.load ? "it falls so in " + percent(found) + " of all throws"
                     : "the largest share is " + number(found, 6) + " times the smallest") +
          "; that none is better is not proven";
 }
 
-/// Goal, error and spec of a plan for a centre of mass in its body's working frame. @returns false when no inside has it
+/// What came of it; of a share that was left open, what it is.
+void say(const Plan& plan, const Moments& constant, bool at_edge, HollowResult& result) {
+  DiceSpec& spec = std::get<DiceSpec>(result.spec);
+  const Moments s = constant + plan.body->integrals->priced(result.q, result.price).pass.moments;
+  const Vector3d centre = s.segment<3>(MX) / s[M1];
+  const Throws throws(*plan.body, spec);
+  const double value = spec.load ? throws.load(centre) : throws.counted(centre).ratio();
+  result.proof = {searched_words(spec, value, at_edge)};
+  result.proof_figures = {{.name = spec.load ? "load_share" : "share_ratio", .words = "", .value = value}};
+  if (spec.load && !spec.load->share && value > 0) spec.load->share = value;
+}
+
+/// Goal and error of a plan for a centre of mass in its body's working frame. @returns false when no inside has it
 bool aim(Plan& plan, const Aim& at, const Progress& progress) {
   const Body& body = *plan.body;
   const double L = body.diagonal_mm;
-  DiceSpec& spec = std::get<DiceSpec>(plan.spec);
+  const DiceSpec& spec = std::get<DiceSpec>(plan.spec);
   const Vector3d centre = body.to_working * at.centre;
   Moments found;
   if (at.outward) {
@@ -459,14 +471,9 @@ bool aim(Plan& plan, const Aim& at, const Progress& progress) {
   const Throws throws(body, spec);
   const Vector3d reached = found.segment<3>(MX) / found[M1];
   if (spec.load && !(throws.load(reached) > 0)) throw never(throws, body, body.solid.segment<3>(MX) / body.solid[M1]);
-  const double value = spec.load ? throws.load(reached) : throws.counted(reached).ratio();
   if (!spec.load && !throws.is_fair(reached)) throw unfair(throws, spec, body, reached, at.outward.has_value());
-  const std::string words = searched_words(spec, value, at.outward.has_value());
-  if (spec.load && !spec.load->share) spec.load->share = value;
-  plan.prove = [words, value](const Plan& p, const Moments&, HollowResult& result) {
-    const bool loaded = std::get<DiceSpec>(p.spec).load.has_value();
-    result.proof = {words};
-    result.proof_figures = {{.name = loaded ? "planned_share" : "planned_ratio", .words = "", .value = value}};
+  plan.prove = [at_edge = at.outward.has_value()](const Plan& p, const Moments& constant, HollowResult& result) {
+    say(p, constant, at_edge, result);
   };
   return true;
 }

@@ -143,7 +143,7 @@ TEST(Dice, ALoadedCubeFallsOnTheFaceThatItsCentreIsBroughtNearTo) {
   const Outcome<DiceSpec> result = hollowed(solid, options);
   ASSERT_TRUE(result.found.load->share);
   const DiceVerdict verdict = expect_made(solid, options);
-  EXPECT_NEAR(verdict.state.load_share, *result.found.load->share, 1e-3);
+  EXPECT_NEAR(verdict.state.load_share, *result.found.load->share, 1e-5);
   EXPECT_GT(verdict.state.load_share, 0.21);
   // Straight down, as far as it goes: filled to t above its wall.
   const Eigen::Vector3d& c = verdict.body.centre_of_mass_mm;
