@@ -577,8 +577,9 @@ bool says_places(const Spec& asked) {
   if (const auto* spec = std::get_if<SpinSpec>(&asked)) return spec->centre_mm || spec->axis.through == SpinAxis::Through::point;
   if (const auto* spec = std::get_if<StandSpec>(&asked)) return spec->target_mm.has_value();
   if (const auto* spec = std::get_if<PoseSpec>(&asked))
-    return std::any_of(spec->poses.begin(), spec->poses.end(),
-                       [](const Pose& pose) { return pose.kind == Pose::Kind::hangs || pose.waterline_mm; });
+    return std::any_of(spec->poses.begin(), spec->poses.end(), [](const Pose& pose) {
+      return pose.kind == Pose::Kind::hangs || pose.waterline_mm || pose.axis.through == SpinAxis::Through::point;
+    });
   return !std::holds_alternative<DiceSpec>(asked);
 }
 

@@ -35,6 +35,14 @@ FloatSpec as_float(const PoseSpec& spec, const Pose& pose) {
   return afloat;
 }
 
+SpinSpec as_spin(const PoseSpec& spec, const Pose& pose) {
+  SpinSpec spin;
+  spin.print = spec.print;
+  spin.up = pose.up_or(spec.up);
+  spin.axis = pose.axis;
+  return spin;
+}
+
 Verdict judge_hanging(const PrintInHull& print, const PoseSpec& spec, const Pose& pose, const Limits& limits) {
   Verdict verdict;
   verdict.body = mass_properties(print.s, spec.print.density_g_cm3);
@@ -98,6 +106,9 @@ Judged judge_each(const PrintInHull& print, const PoseSpec& spec, const Limits& 
         break;
       case Pose::Kind::rights:
         judged.poses.push_back(judge_righting(print, spec, pose, limits, progress));
+        break;
+      case Pose::Kind::spins:
+        judged.poses.push_back(judge_print(print, as_spin(spec, pose), limits, progress));
         break;
     }
   }

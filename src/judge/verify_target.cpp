@@ -21,6 +21,7 @@ TargetState state_of(const MassProperties& mass, double diagonal_mm, const Targe
   state.beyond = inertial_deviations(spec.at_most, state.body, diagonal_mm);
   for (InertialDeviation& d : state.beyond)
     if (d.found <= d.wanted) d.relative = 0;
+  state.spin_ratio = spin_state(mass, mass.centre_of_mass_mm, spec.up.normalized(), true).ratio_larger;
   return state;
 }
 
@@ -51,6 +52,11 @@ Figures figures_of(const TargetState& state, const TargetSpec& spec) {
                        .digits = 8,
                        .significant = true});
   }
+  if (spec.least_spin_ratio)
+    figures.push_back({.name = "spin_ratio",
+                       .words = "spin-ratio, at least " + shown(*spec.least_spin_ratio, 6),
+                       .value = state.spin_ratio,
+                       .digits = 5});
   figures.push_back({.name = "deviations", .words = "", .value = by_name(state.deviations, &InertialDeviation::relative)});
   return figures;
 }
@@ -61,13 +67,16 @@ void describe(TargetVerdict& verdict) {
   verdict.goal = TargetSpec::kGoal;
   verdict.body = verdict.state.body;
   verdict.figures = figures_of(verdict.state, spec);
-  const std::size_t bounds = verdict.state.below.size() + verdict.state.beyond.size();
+  const std::size_t bounds =
+      verdict.state.below.size() + verdict.state.beyond.size() + static_cast<std::size_t>(spec.least_spin_ratio.has_value());
   verdict.headline = "wanted: " + std::to_string(deviations.size()) + " of the ten numbers" +
                      (bounds > 0 ? " and " + std::to_string(bounds) + (bounds == 1 ? " bound, " : " bounds, ") : ", ") +
                      print_words(spec.print);
   verdict.wanted = {{.name = "wanted", .words = "", .value = by_name(deviations, &InertialDeviation::wanted)}};
   if (bounds > 0) {
-    verdict.wanted.push_back({.name = "at_least", .words = "", .value = by_name(verdict.state.below, &InertialDeviation::wanted)});
+    Record at_least = by_name(verdict.state.below, &InertialDeviation::wanted);
+    if (spec.least_spin_ratio) at_least.emplace_back("spin_ratio", *spec.least_spin_ratio);
+    verdict.wanted.push_back({.name = "at_least", .words = "", .value = at_least});
     verdict.wanted.push_back({.name = "at_most", .words = "", .value = by_name(verdict.state.beyond, &InertialDeviation::wanted)});
   }
   add_print(spec.print, verdict.wanted);
@@ -83,10 +92,16 @@ void conclude(TargetVerdict& verdict, const Limits& limits) {
           at_most(std::string(inertial_name(d.number)) + "_" + words,
                   std::string(inertial_name(d.number)) + " beyond its bound of " + shown(d.wanted, 6) + ", relative", d.relative,
                   limits.relative));
+  if (const auto& least = verdict.spec.least_spin_ratio)
+    verdict.criteria.push_back(at_most("spin_ratio_at_least", "spin-ratio beyond its bound of " + shown(*least, 6) + ", relative",
+                                       verdict.state.spin_ratio >= *least ? 0 : 1 - verdict.state.spin_ratio / *least,
+                                       limits.relative));
   std::string missed;
   for (const auto* deviations : {&verdict.state.deviations, &verdict.state.below, &verdict.state.beyond})
     for (const InertialDeviation& d : *deviations)
       if (!(d.relative <= limits.relative)) missed += (missed.empty() ? "" : ", ") + std::string(inertial_name(d.number));
+  if (verdict.spec.least_spin_ratio && !verdict.criteria.back().pass())
+    missed += (missed.empty() ? "" : ", ") + std::string("spin-ratio");
   verdict.meaning.push_back(missed.empty() ? "It has the numbers wanted, to within " + shown(100 * limits.relative) + " %."
                                            : "It does not have the numbers wanted: " + missed + " are off.");
   verdict.meaning.push_back(

@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "make/centred.h"
 #include "make/plan.h"
+#include "make/pose_top.h"
 #include "make/poses.h"
 #include "rayrep/base/error.h"
 #include "rayrep/make/waterline.h"
@@ -17,8 +18,7 @@ namespace rayrep::detail {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kReserve = 0.05;  ///< part of the hull that a chosen waterline leaves dry, as of floats
-constexpr int kFewRays = 60;       ///< along the longest side, to see which way the plane faces
+constexpr int kFewRays = 60;  ///< along the longest side, to see which way the plane faces
 /// A slope, see SafestCentre, below which the poses stand against each other, and not against what is attainable.
 constexpr double kFlat = 1e-3;
 
@@ -57,11 +57,11 @@ public:
     const double lightest = body_.shell[M1];
     const double heaviest = (body_.shell + body_.integrals->full())[M1];
     if (const auto given = poses_.given_volume_mm3()) {
-      require_weight(*given, lightest, heaviest);
+      require_weight(body_, spec_, *given);
       return given;
     }
-    const double most = std::min(heaviest, (1 - kReserve) * poses_.hull_mm3() / poses_.volumes());
-    require_weight(most, lightest, heaviest);
+    const double most = std::min(heaviest, poses_.most_afloat_mm3());
+    require_weight(body_, spec_, most);
     return searched(lightest, most, progress, roughly);
   }
 
@@ -70,19 +70,11 @@ public:
     const SafestCentre best = solve(volume_mm3);
     const Eigen::Vector3d centre_mm = body_.to_working.inverse() * best.centre_mm;
     for (std::size_t n = 0; n < poses_.size(); ++n)
-      if (poses_[n].pose.kind == Pose::Kind::floats && !comes_back(poses_[n], volume_mm3, centre_mm)) return false;
+      if (poses_[n].pose.kind == Pose::Kind::floats && !poses_.comes_back(body_, poses_[n], volume_mm3, centre_mm)) return false;
     return best.attainable;
   }
 
 private:
-  void require_weight(double volume_mm3, double lightest, double heaviest) const {
-    if (volume_mm3 >= lightest && volume_mm3 <= heaviest) return;
-    const double g = 1e-3 * spec_.print.density_g_cm3;
-    throw Error(ErrorCode::goal, "It cannot float like that: it may weigh " + number(g * volume_mm3, 2) +
-                                     " g, and whatever is inside it weighs between " + number(g * lightest, 2) + " and " +
-                                     number(g * heaviest, 2) + " g.");
-  }
-
   /// The best of a scan that comes back upright when it is let go, refined; if none does the best of those that can be balanced.
   double searched(double lightest, double most, const Progress& progress, bool roughly) {
     constexpr int steps = 24;
@@ -115,19 +107,6 @@ private:
     return volume == start || comes_back(volume) ? volume : start;
   }
 
-  bool comes_back(const Placed& p, double volume_mm3, const Eigen::Vector3d& centre_mm) const {
-    const FloatProblem problem{*p.hull,           body_.inner.rays,          *body_.integrals, body_.shell,
-                               spec_.fluid_g_cm3, spec_.print.density_g_cm3, p.height_mm,      body_.diagonal_mm};
-    const Afloat water = poses_.afloat(p, volume_mm3);
-    WaterlineState state;
-    state.waterline_mm = water.waterline_mm;
-    state.attainable = true;
-    state.metacentric_height_mm = water.metacentre_mm - p.up.dot(centre_mm);
-    state.lowest.moments[M1] = volume_mm3;
-    state.lowest.moments.segment<3>(MX) = volume_mm3 * (p.turn * centre_mm - p.lowest_mm * Eigen::Vector3d::UnitZ());
-    return rayrep::comes_back(problem, state);
-  }
-
   const Body& body_;
   const Poses& poses_;
   const PoseSpec& spec_;
@@ -138,20 +117,8 @@ private:
 std::string costs(const Body& body, const PoseSpec& spec, double ratio, const Progress& progress) {
   std::string text;
   for (std::size_t n = 0; n < spec.poses.size(); ++n) {
-    PoseSpec fewer = spec;
-    fewer.poses.erase(fewer.poses.begin() + static_cast<std::ptrdiff_t>(n));
-    if (fewer.poses.empty()) continue;
-    const Poses poses(body, fewer);
-    const std::string without = "Without " + words_of(spec.poses[n], spec.up) + " it ";
-    try {
-      Chooser chooser(body, poses, fewer);
-      const SafestCentre best = chooser.solve(chooser.volume_mm3(progress, true));
-      const bool same_kind = poses.tips() == Poses(body, spec).tips();
-      if (!is_good(best) || (same_kind && best.ratio < 1.001 * ratio)) continue;
-      text += (text.empty() ? "" : " ") + without + safety_words(poses, best.ratio, body.diagonal_mm) + ".";
-    } catch (const Error& error) {
-      if (error.code() == ErrorCode::interrupted) throw;
-    }
+    const std::string words = words_without(n, body, spec, ratio, progress);
+    text += (text.empty() || words.empty() ? "" : " ") + words;
   }
   return text;
 }
@@ -227,23 +194,6 @@ Error contradiction(const Body& body, const PoseSpec& spec, const SafestCentre& 
               number(apart->distance_mm, 2) + " mm beside each other";
   const std::string without = costs(body, spec, -kInfinity, progress);
   return {ErrorCode::goal, text + "." + (without.empty() ? "" : " " + without) + scarce_words(body.inner.rays.grid)};
-}
-
-/// @throws Error{goal} for a pose in which it touches the ground in a point or an edge
-void require_feet(const Poses& poses, const PoseSpec& spec, const Body& body) {
-  for (std::size_t n = 0; n < poses.size(); ++n) {
-    const Placed& p = poses[n];
-    if (p.pose.kind != Pose::Kind::stands || p.polygon.corners_mm.size() >= 3) continue;
-    const double tolerance = spec.contact_tolerance_mm.value_or(contact_tolerance_mm(p.height_mm));
-    const GroundRest rest = ground_rest(body.hull, body.solid.segment<3>(MX) / body.solid[M1], body.to_working.linear() * p.up);
-    Eigen::Vector3d up = body.to_working.linear().transpose() * rest.up;
-    up = up.unaryExpr([](double x) { return std::abs(x) < 1e-9 ? 0 : x; });
-    const double off = angle_between(up, p.up);
-    throw Error(ErrorCode::goal, "It cannot be " + poses.words(n) + ": it touches the ground in " +
-                                     (p.polygon.corners_mm.size() < 2 ? "a point" : "an edge") + " only (within " +
-                                     number(tolerance, 3) + " mm of its lowest point). Let go like that it comes to rest, solid, " +
-                                     number(degrees(off), 1) + " degrees off, with " + shown(up) + " up.");
-  }
 }
 
 /// Which way down the best interior goes as far as it can, a unit vector of the working frame; none: the best centre of mass is not
@@ -342,7 +292,7 @@ void prove_lightest(const Plan& plan, const Moments& constant, HollowResult& res
   result.proof_figures = {{.name = "mass_g", .words = "", .unit = Unit::g, .value = found_g},
                           {.name = "smallest_possible_g", .words = "", .unit = Unit::g, .value = g * V * bound}};
   result.proof.insert(result.proof.begin(), "no other inside that stands so safely is lighter than " + number(g * V * bound, 3) +
-                                                " g (proven on these rays), this one weighs " + number(found_g, 3) + " g");
+                                                " g (proven on these rays, on which this one weighs " + number(found_g, 3) + " g)");
 }
 
 void prove(const Claim& claim, const Plan& plan, const Moments& constant, HollowResult& result) {
@@ -374,16 +324,47 @@ void prove(const Claim& claim, const Plan& plan, const Moments& constant, Hollow
                                                 number(L * found, 4));
 }
 
-}  // namespace
-
-namespace {
-
 /// @throws Error{goal} when it does not right itself, or not as safely as asked for
 void require_rest(const Body& body, const Poses& poses, const PoseSpec& spec, const SafestCentre& best, const Progress& progress) {
+  require_righted(body, poses, best.centre_mm, progress);
+  if (spec.least_tip_deg && best.ratio < std::tan(*spec.least_tip_deg * std::numbers::pi / 180))
+    throw Error(ErrorCode::goal, "It cannot stand so safely: at best it " + safety_words(poses, best.ratio, body.diagonal_mm) +
+                                     ", and that shall be no less than " + number(*spec.least_tip_deg, 2) + " degrees.");
+}
+
+}  // namespace
+
+void require_weight(const Body& body, const PoseSpec& spec, double volume_mm3) {
+  const double lightest = body.shell[M1];
+  const double heaviest = (body.shell + body.integrals->full())[M1];
+  if (volume_mm3 >= lightest && volume_mm3 <= heaviest) return;
+  const double g = 1e-3 * spec.print.density_g_cm3;
+  throw Error(ErrorCode::goal, "It cannot float like that: it may weigh " + number(g * volume_mm3, 2) +
+                                   " g, and whatever is inside it weighs between " + number(g * lightest, 2) + " and " +
+                                   number(g * heaviest, 2) + " g.");
+}
+
+void require_feet(const Poses& poses, const PoseSpec& spec, const Body& body) {
+  for (std::size_t n = 0; n < poses.size(); ++n) {
+    const Placed& p = poses[n];
+    if (p.pose.kind != Pose::Kind::stands || p.polygon.corners_mm.size() >= 3) continue;
+    const double tolerance = spec.contact_tolerance_mm.value_or(contact_tolerance_mm(p.height_mm));
+    const GroundRest rest = ground_rest(body.hull, body.solid.segment<3>(MX) / body.solid[M1], body.to_working.linear() * p.up);
+    Eigen::Vector3d up = body.to_working.linear().transpose() * rest.up;
+    up = up.unaryExpr([](double x) { return std::abs(x) < 1e-9 ? 0 : x; });
+    const double off = angle_between(up, p.up);
+    throw Error(ErrorCode::goal, "It cannot be " + poses.words(n) + ": it touches the ground in " +
+                                     (p.polygon.corners_mm.size() < 2 ? "a point" : "an edge") + " only (within " +
+                                     number(tolerance, 3) + " mm of its lowest point). Let go like that it comes to rest, solid, " +
+                                     number(degrees(off), 1) + " degrees off, with " + shown(up) + " up.");
+  }
+}
+
+void require_righted(const Body& body, const Poses& poses, const Eigen::Vector3d& centre_mm, const Progress& progress) {
   for (std::size_t n = 0; n < poses.size(); ++n) {
     const Placed& p = poses[n];
     if (p.pose.kind != Pose::Kind::rights) continue;
-    const Righted state = righted(body.hull, best.centre_mm, body.to_working.linear() * p.up, progress);
+    const Righted state = righted(body.hull, centre_mm, body.to_working.linear() * p.up, progress);
     if (state.rests && state.tilt_rad <= kLeastRighted) continue;
     throw Error(ErrorCode::goal,
                 "It cannot be " + poses.words(n) + ": even with its centre of mass where it is best, " +
@@ -391,12 +372,8 @@ void require_rest(const Body& body, const Poses& poses, const PoseSpec& spec, co
                                        shown(Eigen::Vector3d(body.to_working.linear().transpose() * state.up)) + " up."
                                  : "it does not come to rest."));
   }
-  if (spec.least_tip_deg && best.ratio < std::tan(*spec.least_tip_deg * std::numbers::pi / 180))
-    throw Error(ErrorCode::goal, "It cannot stand so safely: at best it " + safety_words(poses, best.ratio, body.diagonal_mm) +
-                                     ", and that shall be no less than " + number(*spec.least_tip_deg, 2) + " degrees.");
 }
 
-/// The spec with the waterlines that were found.
 PoseSpec filled_in(const PoseSpec& spec, const Poses& poses, std::optional<double> volume_mm3) {
   PoseSpec found = spec;
   for (std::size_t n = 0; n < poses.size(); ++n)
@@ -404,10 +381,27 @@ PoseSpec filled_in(const PoseSpec& spec, const Poses& poses, std::optional<doubl
   return found;
 }
 
-}  // namespace
+std::string words_without(std::size_t n, const Body& body, const PoseSpec& spec, double ratio, const Progress& progress) {
+  PoseSpec fewer = spec;
+  fewer.poses.erase(fewer.poses.begin() + static_cast<std::ptrdiff_t>(n));
+  if (fewer.poses.empty()) return {};
+  const Poses poses(body, fewer);
+  try {
+    Chooser chooser(body, poses, fewer);
+    const SafestCentre best = chooser.solve(chooser.volume_mm3(progress, true));
+    const bool same_kind = poses.tips() == Poses(body, spec).tips();
+    if (!is_good(best) || (same_kind && best.ratio < 1.001 * ratio)) return {};
+    return "Without " + words_of(spec.poses[n], spec.up) + " it " + safety_words(poses, best.ratio, body.diagonal_mm) + ".";
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::interrupted) throw;
+    return {};
+  }
+}
 
 Plan plan(const Mesh& solid, const PoseSpec& spec, const HollowOptions& options, const Progress& progress) {
   if (options.solver != Solver::quadric) throw Error(ErrorCode::usage, "Poses are met by the quadric solver only.");
+  if (std::any_of(spec.poses.begin(), spec.poses.end(), [](const Pose& pose) { return pose.kind == Pose::Kind::spins; }))
+    return plan_top(solid, spec, options, progress);
   HollowOptions few = options;
   few.resolution = std::min(options.resolution, kFewRays);
   const std::unique_ptr<Body> first = upright_body(solid, spec.up, discretisation(spec.print, few), few, progress);

@@ -6,6 +6,7 @@
 #include "base/linear_algebra.h"
 #include "base/text.h"
 #include "rayrep/base/error.h"
+#include "rayrep/make/waterline.h"
 
 namespace rayrep::detail {
 namespace {
@@ -15,13 +16,17 @@ using Row = CentreProblem::Row;
 /// How far below the point it hangs from the centre of mass lies at least, over the diagonal: the scatter of prints tilts it by
 /// less than 3 degrees then.
 constexpr double kLeastDepth = 0.01;
+constexpr double kReserve = 0.05;      ///< part of the hull that a chosen waterline leaves dry, as of floats
 constexpr double kLeastHeight = 2e-5;  ///< metacentric, over the diagonal: as of floats
 
 }  // namespace
 
 Poses::Poses(const Body& body, const PoseSpec& spec) : spec_(spec), diagonal_mm_(body.diagonal_mm) {
   const Mesh hull = transformed(body.hull, body.to_working.inverse());
-  for (const Pose& pose : spec.poses) placed_.push_back(placed(hull, pose));
+  for (const Pose& pose : spec.poses) {
+    placed_.push_back(placed(hull, pose));
+    if (pose.kind == Pose::Kind::spins) placed_.back().contact_mm = contact_point(body.outer, pose.axis, placed_.back().up);
+  }
   hull_mm3_ = mesh_moments(body.hull)[M1];
 }
 
@@ -69,6 +74,8 @@ std::optional<double> Poses::given_volume_mm3() const {
   return given;
 }
 
+double Poses::most_afloat_mm3() const { return (1 - kReserve) * hull_mm3_ / volumes(); }
+
 Afloat Poses::afloat(const Placed& p, double volume_mm3) const {
   const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
   const double waterline_mm = p.pose.waterline_mm ? *p.pose.waterline_mm : waterline_for_volume(*p.hull, z, volume_mm3 * volumes());
@@ -78,25 +85,55 @@ Afloat Poses::afloat(const Placed& p, double volume_mm3) const {
           water.metacentre_mm(plane).z() + p.lowest_mm};
 }
 
-CentreProblem Poses::problem(std::optional<double> volume_mm3) const {
-  CentreProblem problem;
-  for (const Placed& p : placed_) {
-    if (p.pose.kind == Pose::Kind::stands) {
+void Poses::add(const Placed& p, std::optional<double> volume_mm3, CentreProblem& problem) const {
+  switch (p.pose.kind) {
+    case Pose::Kind::stands:
       add_edges(p, problem);
-    } else if (p.pose.kind == Pose::Kind::hangs) {
+      break;
+    case Pose::Kind::hangs:
       add_vertical(p, p.pose.point_mm, problem);
       add_depth(p.up.dot(p.pose.point_mm), p.up, {kLeastDepth, !tips()}, problem);
-    } else if (p.pose.kind == Pose::Kind::rights) {
+      break;
+    case Pose::Kind::rights:
       add_vertical(p, p.contact_mm, problem);
       add_depth(p.lowest_mm + p.height_mm, p.up, {0, !tips()}, problem);
-    } else {
+      break;
+    case Pose::Kind::floats: {
       const Afloat water = afloat(p, *volume_mm3);
       add_vertical(p, water.centre_of_buoyancy_mm, problem);
       add_depth(water.metacentre_mm, p.up, {kLeastHeight, !tips()}, problem);
       problem.volume_mm3 = volume_mm3;
+      break;
     }
+    case Pose::Kind::spins:
+      add_vertical(p, p.contact_mm, problem);
+      break;
   }
+}
+
+CentreProblem Poses::problem(std::optional<double> volume_mm3) const {
+  CentreProblem problem;
+  for (const Placed& p : placed_) add(p, volume_mm3, problem);
   return problem;
+}
+
+CentreProblem Poses::problem(std::size_t n, std::optional<double> volume_mm3) const {
+  CentreProblem problem;
+  add(placed_[n], volume_mm3, problem);
+  return problem;
+}
+
+bool Poses::comes_back(const Body& body, const Placed& p, double volume_mm3, const Eigen::Vector3d& centre_mm) const {
+  const FloatProblem problem{*p.hull,           body.inner.rays,           *body.integrals, body.shell,
+                             spec_.fluid_g_cm3, spec_.print.density_g_cm3, p.height_mm,     diagonal_mm_};
+  const Afloat water = afloat(p, volume_mm3);
+  WaterlineState state;
+  state.waterline_mm = water.waterline_mm;
+  state.attainable = true;
+  state.metacentric_height_mm = water.metacentre_mm - p.up.dot(centre_mm);
+  state.lowest.moments[M1] = volume_mm3;
+  state.lowest.moments.segment<3>(MX) = volume_mm3 * (p.turn * centre_mm - p.lowest_mm * Eigen::Vector3d::UnitZ());
+  return rayrep::comes_back(problem, state);
 }
 
 Poses::Freedom Poses::freedom() const {
@@ -110,7 +147,7 @@ Poses::Freedom Poses::freedom() const {
 }
 
 Eigen::Vector3d Poses::through_mm(const Placed& p, std::optional<double> volume_mm3) const {
-  if (p.pose.kind == Pose::Kind::rights) return p.contact_mm;
+  if (p.pose.kind == Pose::Kind::rights || p.pose.kind == Pose::Kind::spins) return p.contact_mm;
   return p.pose.kind == Pose::Kind::hangs ? p.pose.point_mm : afloat(p, *volume_mm3).centre_of_buoyancy_mm;
 }
 

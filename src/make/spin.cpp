@@ -11,24 +11,6 @@
 namespace rayrep::detail {
 namespace {
 
-/// Why the body cannot be balanced about this axis, and how near it comes.
-Error unbalanced(const Body& body, const SpinSpec& spec, const Goal& goal) {
-  const NearestSolution nearest = nearest_attainable(goal, *body.integrals, body.shell, 1e-6);
-  if (nearest.attainable)
-    return {ErrorCode::goal, "It cannot be balanced about this axis with so little core." + scarce_words(body.inner.rays.grid)};
-  const Moments& s = nearest.moments;
-  const double offset = (spec.yoyo ? s.segment<3>(MX).norm() : s.segment<2>(MX).norm()) / s[M1];
-  const double products = Eigen::Vector2d(s[MXZ], s[MYZ]).norm() / s[M1];
-  return {ErrorCode::goal, "It cannot be balanced about this axis: no interior on these rays brings the centre of mass onto " +
-                               std::string(spec.yoyo ? "the centre" : "the axis") +
-                               " and makes the products of inertia vanish (proven). The centre of mass alone comes to within " +
-                               number(smallest_offset_mm(body.inner.rays, body.shell, std::nullopt, {0, 0}), 3) +
-                               " mm of the axis; where the static moment and the products together are smallest, it lies " +
-                               number(offset, 3) + " mm beside it, the mass is " +
-                               number(s[M1] * spec.print.density_g_cm3 / 1000, 2) + " g and the products are " +
-                               number(products, 3) + " mm2 per unit of mass."};
-}
-
 /// Why a body that can be balanced does not spin for all that.
 Error tumbles(const Moments& s, bool largest) {
   const SpinState state = spin_state(mass_properties(s, 1), Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ());
@@ -89,6 +71,23 @@ void prove(const Plan& plan, const Moments&, HollowResult& result) {
 }
 
 }  // namespace
+
+Error unbalanced(const Body& body, const SpinSpec& spec, const Goal& goal) {
+  const NearestSolution nearest = nearest_attainable(goal, *body.integrals, body.shell, 1e-6);
+  if (nearest.attainable)
+    return {ErrorCode::goal, "It cannot be balanced about this axis with so little core." + scarce_words(body.inner.rays.grid)};
+  const Moments& s = nearest.moments;
+  const double offset = (spec.yoyo ? s.segment<3>(MX).norm() : s.segment<2>(MX).norm()) / s[M1];
+  const double products = Eigen::Vector2d(s[MXZ], s[MYZ]).norm() / s[M1];
+  return {ErrorCode::goal, "It cannot be balanced about this axis: no interior on these rays brings the centre of mass onto " +
+                               std::string(spec.yoyo ? "the centre" : "the axis") +
+                               " and makes the products of inertia vanish (proven). The centre of mass alone comes to within " +
+                               number(smallest_offset_mm(body.inner.rays, body.shell, std::nullopt, {0, 0}), 3) +
+                               " mm of the axis; where the static moment and the products together are smallest, it lies " +
+                               number(offset, 3) + " mm beside it, the mass is " +
+                               number(s[M1] * spec.print.density_g_cm3 / 1000, 2) + " g and the products are " +
+                               number(products, 3) + " mm2 per unit of mass."};
+}
 
 SpinWeights weights_of(const SpinSpec& spec) {
   SpinWeights weights{.lambda = 0, .gamma_c = 0, .gamma_i = spec.gamma_i};

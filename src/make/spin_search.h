@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "make/body.h"
+#include "rayrep/base/error.h"
 #include "rayrep/physics/spec.h"
 #include "rayrep/solve/goals.h"
 
@@ -49,6 +50,9 @@ private:
   Goal goal_;
   Eigen::Vector3d centre_;  ///< of mass of the solid
 };
+
+/// Why the body cannot be balanced about this axis, and how near it comes. @param goal  of its spin, in the body's frame
+Error unbalanced(const Body& body, const SpinSpec& spec, const Goal& goal);
 
 /// To the working frame of an axis: that is z, through the origin. @param axis  in the frame of `outer`
 Eigen::Affine3d frame_about(const SpinFrame& axis, const Mesh& outer);

@@ -40,6 +40,11 @@ double largest_deviation(const InertialTargets& targets, const MassProperties& b
   return largest;
 }
 
+/// Of a body in the axes of the mesh: what TargetSpec::least_spin_ratio is about.
+double spin_ratio(const TargetSpec& spec, const MassProperties& body) {
+  return spin_state(body, body.centre_of_mass_mm, spec.up.normalized(), true).ratio_larger;
+}
+
 /// How far beyond its bounds a body is, as deviations are told.
 double largest_excess(const TargetSpec& spec, const MassProperties& body, double length_mm) {
   double largest = 0;
@@ -47,6 +52,7 @@ double largest_excess(const TargetSpec& spec, const MassProperties& body, double
     if (d.found > d.wanted) largest = std::max(largest, d.relative);
   for (const InertialDeviation& d : inertial_deviations(spec.at_least, body, length_mm))
     if (d.found < d.wanted) largest = std::max(largest, d.relative);
+  if (spec.least_spin_ratio) largest = std::max(largest, 1 - spin_ratio(spec, body) / *spec.least_spin_ratio);
   return largest;
 }
 
@@ -59,6 +65,7 @@ bool can_be_met(const TargetGoal::Setup& setup, const RayIntegrals& rays, const 
 /// The nearest any interior comes to the numbers wanted, whatever the bounds; empty where they can be met without these.
 std::string nearest_words(const Body& body, TargetGoal::Setup setup) {
   setup.at_least = setup.at_most = {};
+  setup.least_spin_ratio.reset();
   const TargetGoal goal(setup);
   if (goal.constraints() == 0) return {};
   const NearestSolution nearest = nearest_attainable(goal, *body.integrals, body.shell, 1e-9);
@@ -72,6 +79,19 @@ std::string nearest_words(const Body& body, TargetGoal::Setup setup) {
     separator = ", ";
   }
   return text + ".";
+}
+
+/// The largest spin-ratio with which the rest can be met, to 1e-4.
+std::string largest_ratio_words(const Body& body, TargetGoal::Setup setup, double asked, const Progress& progress) {
+  double met = 0;
+  double missed = asked;
+  while (missed - met > 1e-4 * asked) {
+    progress.check();
+    const double ratio = 0.5 * (met + missed);
+    setup.least_spin_ratio = ratio;
+    (can_be_met(setup, *body.integrals, body.shell) ? met : missed) = ratio;
+  }
+  return " The largest spin-ratio with these numbers is " + number(met, 4) + ".";
 }
 
 /// Says why the numbers cannot be met, how near they can be met, and which others could.
@@ -126,6 +146,15 @@ std::string nearest_words(const Body& body, TargetGoal::Setup setup) {
       if (!can_be_met(fewer, *body.integrals, body.shell)) continue;
       without += (count++ ? ", or without " : "") + std::string(inertial_name(static_cast<MomentIndex>(k))) + " " + words;
     }
+  if (setup.least_spin_ratio) {
+    TargetGoal::Setup fewer = setup;
+    fewer.least_spin_ratio.reset();
+    progress.check();
+    if (can_be_met(fewer, *body.integrals, body.shell)) {
+      without += (count++ ? ", or without " : "") + std::string("spin-ratio at least");
+      text += largest_ratio_words(body, fewer, *setup.least_spin_ratio, progress);
+    }
+  }
   if (count > 0) text += " All the others can be met without " + without + ".";
 
   throw Error(ErrorCode::goal, text);
@@ -149,6 +178,7 @@ TargetGoal::Setup setup_for(const TargetSpec& spec, const Body& body, const Eige
       if (std::optional<double>& bound = (*bounds)[static_cast<std::size_t>(MX + axis)]) *bound -= origin_mm[axis];
   setup.density_g_cm3 = spec.print.density_g_cm3;
   setup.order = spec.order;
+  setup.least_spin_ratio = spec.least_spin_ratio;
   setup.axes = body.to_working.linear();
   setup.up = up;
   setup.volume_mm3 = body.solid[M1];
@@ -162,11 +192,12 @@ void prove(const TargetProblem& problem, const TargetGoal& goal, const Plan& pla
   const RayIntegrals& integrals = *plan.body->integrals;
   // The Lagrangian with the first objective alone bounds it from below, whatever the multipliers. theory.md (35c)
   QuadricOptions warm;
-  warm.multipliers = result.solve.multipliers;
+  if (!goal.cone) warm.multipliers = result.solve.multipliers;
   const QuadricSolution last = solve_quadric(goal, integrals, constant, warm);
   const Moments& f = goal.first_gradient();
-  const Moments q = f + goal.J.transpose() * last.multipliers;
-  const double bound = last.multipliers.dot(goal.c_0) + q.dot(constant) + integrals.least(q, last.price);
+  const Goal rows = with_cuts(goal, last.cuts);
+  const Moments q = f + rows.J.transpose() * last.multipliers;
+  const double bound = last.multipliers.dot(rows.c_0) + q.dot(constant) + integrals.least(q, last.price);
   result.duality_gap = (last.objective - last.lower_bound) / std::abs(last.lower_bound);
   result.proof_figures = {{.name = "duality_gap", .words = "", .value = *result.duality_gap},
                           {.name = "wall_mm", .words = "", .unit = Unit::mm, .value = result.wall_mm}};
@@ -214,6 +245,7 @@ Plan plan_of(std::unique_ptr<Body> body, const TargetSolution& exact, const Targ
   };
   plan.setup.scale = {setup.volume_mm3, setup.length_mm};
   plan.setup.warm.multipliers = exact.solution.multipliers;
+  if (!exact.solution.cuts.empty()) plan.setup.warm.cut_angle_rad = exact.solution.cut_angle_rad;
   plan.setup.options = options.solve;
   plan.prove = [problem, goal = exact.goal](const Plan& p, const Moments& constant, HollowResult& result) {
     prove(problem, goal, p, constant, result);

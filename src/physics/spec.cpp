@@ -44,12 +44,15 @@ std::string core_material_names() {
 
 std::string shown_point(const Eigen::Vector3d& p) { return shown(p.x(), 9) + "," + shown(p.y(), 9) + "," + shown(p.z(), 9); }
 
-SpinAxis parse_axis(const std::string& text) {
+/// @param option  that it is the value of, or a part of
+SpinAxis parse_axis(const char* option, const std::string& text) {
   if (text == "lowest") return {};
   if (text == "com") return {.through = SpinAxis::Through::centre_of_mass};
   if (text == "auto") return {.through = SpinAxis::Through::best};
-  const std::vector<double> c = parse_numbers("point", text);
-  if (c.size() != 2 && c.size() != 3) usage_error("--point takes lowest, com, auto, X,Y or X,Y,Z; it is '" + text + "'.");
+  const bool word = !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) != 0;
+  const std::vector<double> c = word ? std::vector<double>{} : parse_numbers(option, text);
+  if (c.size() != 2 && c.size() != 3)
+    usage_error("The point of --" + std::string(option) + " is lowest, com, auto, X,Y or X,Y,Z; it is '" + text + "'.");
   return {.through = SpinAxis::Through::point,
           .point_mm = Eigen::Vector3d(c[0], c[1], c.size() == 3 ? c[2] : 0),
           .leaves_below = c.size() == 2};
@@ -118,29 +121,40 @@ TextPlace wanted_numbers(const char* name, InertialTargets& wanted, MomentIndex 
           }};
 }
 
+constexpr const char* kSpinRatio = "spin-ratio";
+
 /// "mass=14,com_z=5": bounds of some of the ten numbers.
-TextPlace bounds_place(const char* name, InertialTargets& bounds) {
-  return {
-      [=, &bounds](const std::string& text) {
-        for (const std::string& part : parts_of(text)) {
-          const std::size_t equals = part.find('=');
-          int k = M1;
-          while (k <= MXZ && part.substr(0, equals) != inertial_name(static_cast<MomentIndex>(k))) ++k;
-          if (k > MXZ || equals == std::string::npos)
-            usage_error(std::string("--") + name +
-                        " takes a list like mass=14,com_z=5 with mass, com_x, com_y, com_z, ixx, iyy, izz, ixy, iyz and ixz; it "
-                        "has '" +
-                        part + "'.");
-          bounds[static_cast<std::size_t>(k)] = parse_number(name, part.substr(equals + 1));
-        }
-      },
-      [&bounds] {
-        std::string text;
-        for (int k = M1; k <= MXZ; ++k)
-          if (const std::optional<double>& bound = bounds[static_cast<std::size_t>(k)])
-            text += (text.empty() ? "" : ",") + std::string(inertial_name(static_cast<MomentIndex>(k))) + "=" + shown(*bound, 9);
-        return text.empty() ? "free" : text;
-      }};
+/// @param ratio  may be null: bounds of this kind have none
+TextPlace bounds_place(const char* name, InertialTargets& bounds, std::optional<double>* ratio) {
+  return {[=, &bounds](const std::string& text) {
+            for (const std::string& part : parts_of(text)) {
+              const std::size_t equals = part.find('=');
+              if (part.substr(0, equals) == kSpinRatio && equals != std::string::npos) {
+                if (!ratio)
+                  usage_error(
+                      "spin-ratio has a lower bound only, --at-least spin-ratio=1.05: the bodies with no larger one are no convex "
+                      "set.");
+                *ratio = parse_number(name, part.substr(equals + 1));
+                continue;
+              }
+              int k = M1;
+              while (k <= MXZ && part.substr(0, equals) != inertial_name(static_cast<MomentIndex>(k))) ++k;
+              if (k > MXZ || equals == std::string::npos)
+                usage_error(std::string("--") + name +
+                            " takes a list like mass=14,com_z=5 with mass, com_x, com_y, com_z, ixx, iyy, izz, ixy, iyz" +
+                            (ratio ? std::string(", ixz and spin-ratio") : std::string(" and ixz")) + "; it has '" + part + "'.");
+              bounds[static_cast<std::size_t>(k)] = parse_number(name, part.substr(equals + 1));
+            }
+          },
+          [&bounds, ratio] {
+            std::string text;
+            for (int k = M1; k <= MXZ; ++k)
+              if (const std::optional<double>& bound = bounds[static_cast<std::size_t>(k)])
+                text +=
+                    (text.empty() ? "" : ",") + std::string(inertial_name(static_cast<MomentIndex>(k))) + "=" + shown(*bound, 9);
+            if (ratio && *ratio) text += (text.empty() ? "" : ",") + std::string(kSpinRatio) + "=" + shown(**ratio, 9);
+            return text.empty() ? "free" : text;
+          }};
 }
 
 TextPlace order_of_wishes(std::vector<InertialWish>& order) {
@@ -225,6 +239,16 @@ std::string shown_direction(const Eigen::Vector3d& up) {
   return shown_point(up);
 }
 
+/// @param option  that it is a part of
+Eigen::Vector3d up_of_pose(const char* option, const std::string& text) {
+  try {
+    return parse_direction(text);
+  } catch (const Error&) {
+    usage_error("What points up in --" + std::string(option) + " is x, y, z, -x, -y, -z or a vector such as 0,1,0.5; it is '" +
+                text + "'.");
+  }
+}
+
 /// "0,1,1": a direction; "1,2,3:0,1,1", "z:17.5": what else is said of the pose before or after it.
 Pose parse_pose(Pose::Kind kind, const std::string& text) {
   Pose pose;
@@ -235,18 +259,22 @@ Pose parse_pose(Pose::Kind kind, const std::string& text) {
   switch (kind) {
     case Pose::Kind::stands:
     case Pose::Kind::rights:
-      pose.up = parse_direction(text);
+      pose.up = up_of_pose(kind == Pose::Kind::stands ? "stand" : "roly-poly", text);
       break;
     case Pose::Kind::hangs: {
       const std::vector<double> c = parse_numbers("hang", first);
       if (c.size() != 3) usage_error("--hang takes X,Y,Z or X,Y,Z:UP; it is '" + text + "'.");
       pose.point_mm = Eigen::Vector3d(c[0], c[1], c[2]);
-      if (!second.empty()) pose.up = parse_direction(second);
+      if (!second.empty()) pose.up = up_of_pose("hang", second);
       break;
     }
     case Pose::Kind::floats:
-      pose.up = parse_direction(first);
+      pose.up = up_of_pose("float", first);
       if (!second.empty()) pose.waterline_mm = parse_number("float", second);
+      break;
+    case Pose::Kind::spins:
+      pose.up = up_of_pose("spin", first);
+      if (!second.empty()) pose.axis = parse_axis("spin", second);
       break;
   }
   return pose;
@@ -260,6 +288,8 @@ std::string shown_pose(const Pose& pose, const Eigen::Vector3d& usual_up) {
       return up;
     case Pose::Kind::hangs:
       return shown_point(pose.point_mm) + (pose.up ? ":" + up : "");
+    case Pose::Kind::spins:
+      return up + (pose.axis.through == SpinAxis::Through::lowest_point ? "" : ":" + shown_axis(pose.axis));
     case Pose::Kind::floats:
       break;
   }
@@ -714,7 +744,7 @@ Settings settings(SpinSpec& spec, For purpose) {
             "spins best. X,Y: where that vertical leaves the mesh below (up must be z or -z). In the numbers of the file after "
             "--unit and --size. For verify the solid is the --original if there is one, and else the mesh with its sealed "
             "cavities filled: the same options lead to the same contact point as when the mesh was made.",
-        .place = TextPlace{[&spec](const std::string& text) { spec.axis = parse_axis(text); },
+        .place = TextPlace{[&spec](const std::string& text) { spec.axis = parse_axis("point", text); },
                            [&spec] { return spec.yoyo ? "yo-yo" : shown_axis(spec.axis); }}},
        {.name = "yoyo",
         .value = "",
@@ -857,13 +887,14 @@ Settings settings(TargetSpec& spec, For purpose) {
         .words = "bounds of numbers that are not given: mass=14,com_z=5",
         .details =
             "Of mass, com_x, com_y, com_z, and with the coordinates of the centre of mass that they depend on given ixx, iyy, izz, "
-            "ixy, iyz and ixz.",
-        .place = bounds_place("at-least", spec.at_least)},
+            "ixy, iyz and ixz. With all of the centre of mass given also spin-ratio=1.05: of the moment of inertia about --up over "
+            "the larger of those across it, at least, as a top or a yo-yo needs it.",
+        .place = bounds_place("at-least", spec.at_least, &spec.least_spin_ratio)},
        {.name = "at-most",
         .value = "LIST",
         .words = "and from above",
         .details = "",
-        .place = bounds_place("at-most", spec.at_most)},
+        .place = bounds_place("at-most", spec.at_most, nullptr)},
        {.name = "minimise",
         .value = "ORDER",
         .words = "the rest: of mass com_x com_y com_z ixx ... ixz, the first first; -ixx: largest",
@@ -913,13 +944,24 @@ Settings settings(PoseSpec& spec, For purpose) {
             "upright from all of them.",
         .place = poses_place(spec, Pose::Kind::rights),
         .repeated = true},
+       {.name = "spin",
+        .value = "UP[:POINT]",
+        .words = "spins as a top with this up, on its lowest point or POINT; once",
+        .details =
+            "POINT as --point of spin: lowest, com (of the solid), X,Y or X,Y,Z. About its largest axis; its measure is that of "
+            "spin, a low centre of mass and a large moment about the axis, made as good as all other poses allow: what stands "
+            "keeps --min-tip, what hangs hangs below its point, what floats floats.",
+        .place = poses_place(spec, Pose::Kind::spins),
+        .repeated = true},
        {.name = "min-tip",
         .value = "DEG",
         .words = "stands at least so safely, and is as light as that allows",
-        .details = "The smallest tipping angle of all poses in which it stands, instead of as large as it can be.",
+        .details = "The smallest tipping angle of all poses in which it stands, instead of as large as it can be. With --spin what "
+                   "it keeps at least (default 3), while it is made as good a top as it can be.",
         .place = &spec.least_tip_deg,
         .range = {.lo = 0, .hi = 89},
-        .unset = "as large as it can be"},
+        .unset = "as large as it can be",
+        .rare = purpose == For::judging},
        {.name = "fluid",
         .value = "G_CM3",
         .words = "density of the fluid, or water, seawater, ethanol ...",
@@ -970,10 +1012,32 @@ Settings settings(DiceSpec& spec, For purpose) {
       purpose);
 }
 
+namespace {
+
+/// To a thousandth of a mm: "(12.5, 3, 0)", or "(12.5, 3)" where the axis is told by that.
+std::string place_words(const SpinAxis& axis) {
+  Eigen::Vector3d p = axis.point_mm;
+  for (double& x : p) x = 1e-3 * std::round(1e3 * x);
+  const std::string text = shown(p);
+  return axis.leaves_below ? text.substr(0, text.rfind(',')) + ")" : text;
+}
+
+}  // namespace
+
 std::string words_of(const Pose& pose, const Eigen::Vector3d& usual_up) {
   const Eigen::Vector3d up = pose.up_or(usual_up).normalized();
   const std::string name = shown_direction(up);
   const std::string with = " with " + (name.find(',') == std::string::npos ? name : shown(up)) + " up";
+  if (pose.kind == Pose::Kind::spins) {
+    switch (pose.axis.through) {
+      case SpinAxis::Through::lowest_point:
+        return "spinning on its lowest point" + with;
+      case SpinAxis::Through::point:
+        return "spinning on " + place_words(pose.axis) + " mm" + with;
+      default:
+        return "spinning about the centre of mass of the solid" + with;
+    }
+  }
   if (pose.kind == Pose::Kind::hangs) return "hanging from " + shown(pose.point_mm) + " mm" + with;
   return (pose.kind == Pose::Kind::stands ? "standing" : pose.kind == Pose::Kind::floats ? "floating" : "righting itself") + with;
 }
@@ -990,15 +1054,55 @@ void check(const FloatSpec& spec, For purpose) {
 
 bool is_submerged(const FloatSpec& spec) { return spec.submerged_fraction == 1.0 || spec.submerged_volume_fraction == 1.0; }
 
+namespace {
+
+/// @throws Error{usage} for an axis that cannot be one of this up direction
+void check_axis(const char* option, const SpinAxis& axis, const Eigen::Vector3d& up) {
+  if (axis.leaves_below && std::abs(up.normalized().z()) < 1 - 1e-12)
+    usage_error(std::string(option) + "X,Y needs the up direction z or -z; give X,Y,Z.");
+  if (!axis.point_mm.allFinite()) usage_error("The contact point must be finite.");
+}
+
+/// @throws Error{usage}
+void check_spin_ratio(const TargetSpec& spec, For purpose) {
+  if (!spec.least_spin_ratio) return;
+  if (!(*spec.least_spin_ratio > 0 && *spec.least_spin_ratio < 2))
+    usage_error(
+        "spin-ratio must lie between 0 and 2, which no body has: a moment of inertia is less than the sum of two others. It is " +
+        shown(*spec.least_spin_ratio) + ".");
+  if (purpose == For::judging) return;
+  if (!std::all_of(spec.wanted.begin() + MX, spec.wanted.begin() + MXX, [](const auto& w) { return w.has_value(); }))
+    usage_error(
+        "--at-least spin-ratio needs all of the centre of mass, --com X,Y,Z: the moments across the axis are about it, and with "
+        "its height left open they are no linear numbers of the body (they hold the square of its static moment over its mass).");
+  if (std::all_of(spec.wanted.begin() + MXX, spec.wanted.end(), [](const auto& w) { return w.has_value(); }))
+    usage_error("With all of --inertia given the spin-ratio is given, too: leave one of them out.");
+}
+
+/// @throws Error{usage} for tops that cannot be among these poses
+void check_tops(const PoseSpec& spec) {
+  const auto tops = std::count_if(spec.poses.begin(), spec.poses.end(), [](const Pose& p) { return p.kind == Pose::Kind::spins; });
+  if (tops > 1) usage_error("It spins in one pose at most: give --spin once.");
+  if (tops == 1 && spec.poses.size() == 1)
+    usage_error(
+        "A top that does nothing else is made by 'rayrep spin'. Give other poses, too: --stand UP, --hang X,Y,Z, --float UP.");
+  for (const Pose& pose : spec.poses) {
+    if (pose.kind != Pose::Kind::spins) continue;
+    if (pose.axis.through == SpinAxis::Through::best)
+      usage_error("--spin UP:auto is not searched among poses: 'rayrep spin --point auto' finds a point, which can be given here.");
+    check_axis("--spin UP:", pose.axis, pose.up_or(spec.up));
+  }
+}
+
+}  // namespace
+
 void check(const SpinSpec& spec, For purpose) {
   check_rows(spec, purpose);
   if (spec.yoyo && spec.axis.through != SpinAxis::Through::lowest_point)
     usage_error("--point belongs to tops; a yo-yo has a --center.");
   if (!spec.yoyo && spec.centre_mm) usage_error("--center belongs to --yoyo; a top has a --point.");
-  if (spec.axis.leaves_below && std::abs(spec.up.normalized().z()) < 1 - 1e-12)
-    usage_error("--point X,Y needs the up direction z or -z; give X,Y,Z.");
-  if (!spec.axis.point_mm.allFinite() || (spec.centre_mm && !spec.centre_mm->allFinite()))
-    usage_error("The contact point and the centre must be finite.");
+  check_axis("--point ", spec.axis, spec.up);
+  if (spec.centre_mm && !spec.centre_mm->allFinite()) usage_error("The centre must be finite.");
   if (spec.prefer == AxisClass::middle) usage_error("--prefer is largest or smallest: a body tumbles about its middle axis.");
   if (purpose == For::judging) {
     if (spec.axis.through == SpinAxis::Through::best)
@@ -1040,7 +1144,8 @@ void check(const TargetSpec& spec, For purpose) {
   const auto says_nothing = [](const InertialTargets& numbers) {
     return std::none_of(numbers.begin(), numbers.end(), [](const auto& w) { return w.has_value(); });
   };
-  if (says_nothing(spec.wanted) && says_nothing(spec.at_least) && says_nothing(spec.at_most))
+  check_spin_ratio(spec, purpose);
+  if (says_nothing(spec.wanted) && says_nothing(spec.at_least) && says_nothing(spec.at_most) && !spec.least_spin_ratio)
     usage_error("Say which numbers are wanted: --mass, --com or --inertia, or within which bounds: --at-least, --at-most.");
   for (int k = M1; k <= MXZ; ++k) {
     const auto number = static_cast<MomentIndex>(k);
@@ -1066,11 +1171,15 @@ void check(const PoseSpec& spec, For purpose) {
   check_rows(spec, purpose);
   check_density("fluid", spec.fluid_g_cm3);
   if (spec.poses.empty())
-    usage_error("Say in which poses: --stand UP, --hang X,Y,Z, --float UP or --roly-poly UP, each of them as often as you like.");
+    usage_error(
+        "Say in which poses: --stand UP, --hang X,Y,Z, --float UP or --roly-poly UP, each of them as often as you like, and "
+        "once --spin UP.");
+  check_tops(spec);
   const bool stands = std::any_of(spec.poses.begin(), spec.poses.end(), [](const Pose& p) { return p.kind == Pose::Kind::stands; });
   if (spec.least_tip_deg && !stands) usage_error("--min-tip is of poses in which it stands: give --stand UP, too.");
   const bool floats = std::any_of(spec.poses.begin(), spec.poses.end(), [](const Pose& p) { return p.kind == Pose::Kind::floats; });
-  if (spec.least_tip_deg && floats && purpose == For::making)
+  const bool spins = std::any_of(spec.poses.begin(), spec.poses.end(), [](const Pose& p) { return p.kind == Pose::Kind::spins; });
+  if (spec.least_tip_deg && floats && !spins && purpose == For::making)
     usage_error("What floats has its mass from the water: leave --min-tip out, and it stands as safely as that allows.");
   for (const Pose& pose : spec.poses) {
     check_up(pose.up_or(spec.up));

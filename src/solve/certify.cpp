@@ -9,6 +9,12 @@
 namespace rayrep {
 namespace {
 
+/// With the volume of material that is asked for, if one is.
+Goal with_material(Goal goal, const CertifiedSpin& problem) {
+  if (!problem.material_mm3) return goal;
+  return with_equation(std::move(goal), Moments::Unit(M1) / *problem.material_mm3, -1);
+}
+
 /// Solves at one height and bounds the intervals below and above it.
 class Height {
 public:
@@ -18,11 +24,13 @@ public:
         constant_(constant),
         l_(l),
         T_(moment_map(Eigen::Affine3d(Eigen::Translation3d(0, 0, -l)))) {
-    const Goal fixed = spin_goal({.lambda = 0, .gamma_c = 0, .gamma_i = 1}, true, true, problem.volume_mm3, problem.length_mm);
+    const Goal fixed = with_material(
+        spin_goal({.lambda = 0, .gamma_c = 0, .gamma_i = 1}, true, true, problem.volume_mm3, problem.length_mm), problem);
     const Goal goal = mapped(fixed, T_);
     solution_ = solve_quadric(goal, rays, constant);
     evaluations_ = solution_.evaluations;
     J_ = fixed.J;
+    c_0_ = fixed.c_0;
     if (solution_.infeasible) {
       margin_ = separation_margin(goal, solution_.separation, rays, constant);
       ++evaluations_;
@@ -69,14 +77,15 @@ public:
     if (nu > 0) q[M1] -= nu * d;
     Moments axial = Moments::Zero();
     axial[MXX] = axial[MYY] = 1;
-    // The largest t with min over interiors of (q - t axial).s >= 0: Newton's method on a concave function, from above.
+    // The largest t with min over interiors of (q - t axial).s + mu.c_0 >= 0: Newton's method on a concave function, from above.
     const double smallest_axial = axial.dot(constant_);
+    const double offset = multipliers_.dot(c_0_);
     double t = ratio_;
     for (int step = 0; step < 20; ++step) {
       const Moments at = T_.transpose() * (q - t * axial);
       const Moments s = T_ * (constant_ + rays_.moments(at));
       ++evaluations_;
-      const double g = (q - t * axial).dot(s);
+      const double g = (q - t * axial).dot(s) + offset;
       const double next = t + g / axial.dot(s);
       if (g >= 0 || t - next < 1e-9 * ratio_) {
         if (g < 0) t += g / smallest_axial;  // falls at least as fast as this
@@ -100,6 +109,7 @@ private:
   int evaluations_ = 0;
   double margin_ = 0;  ///< of an infeasible height's separation
   Eigen::MatrixXd J_;  ///< of the constraints, about l
+  Eigen::VectorXd c_0_;
   Eigen::Matrix2d inertia_;
   Eigen::Matrix2d W_;
   double ratio_ = 0;
@@ -116,8 +126,9 @@ SpinCertificate certify_spin(const CertifiedSpin& problem, const RayIntegrals& r
                              const CertifyOptions& options, const Progress& progress) {
   const Interval& heights = options.heights;
   SpinCertificate certificate;
-  const Goal goal = spin_goal({.lambda = problem.yoyo ? 0 : problem.lambda, .gamma_c = 0, .gamma_i = problem.gamma_i}, true,
-                              problem.yoyo, problem.volume_mm3, problem.length_mm);
+  const Goal goal = with_material(spin_goal({.lambda = problem.yoyo ? 0 : problem.lambda, .gamma_c = 0, .gamma_i = problem.gamma_i},
+                                            true, problem.yoyo, problem.volume_mm3, problem.length_mm),
+                                  problem);
   QuadricSolution& best = certificate.best;
   best = solve_quadric(goal, rays, constant);
   certificate.evaluations = best.evaluations;
@@ -125,7 +136,17 @@ SpinCertificate certify_spin(const CertifiedSpin& problem, const RayIntegrals& r
     certificate.infeasible = true;
     return certificate;
   }
-  if (!best.converged) best.objective = std::numeric_limits<double>::infinity();
+  // Where the best interior found has its centre is where heights are hardest to rule out.
+  const double first = best.converged ? best.moments[MZ] / best.moments[M1] : heights.middle();
+  const auto counts = [&](const QuadricSolution& solution) {
+    if (!options.within || problem.yoyo) return solution.converged;
+    const double height = solution.moments[MZ] / solution.moments[M1];
+    return solution.converged && height >= heights.lo && height <= heights.hi;
+  };
+  if (!counts(best)) {
+    best.converged = false;
+    best.objective = std::numeric_limits<double>::infinity();
+  }
 
   const auto finish = [&](double bound) {
     certificate.lower_bound = std::min(bound, best.objective);
@@ -145,8 +166,6 @@ SpinCertificate certify_spin(const CertifiedSpin& problem, const RayIntegrals& r
 
   const auto higher = [](const HeightBound& a, const HeightBound& b) { return a.bound > b.bound; };
   std::priority_queue<HeightBound, std::vector<HeightBound>, decltype(higher)> open(higher);  // the lowest on top
-  // Where the best interior found has its centre is where heights are hardest to rule out.
-  const double first = best.converged ? best.moments[MZ] / best.moments[M1] : heights.middle();
   const auto split = [&](const HeightBound& node, double at) {
     Height height(problem, rays, constant, at);
     for (const double end : {node.heights.lo, node.heights.hi}) {
@@ -155,23 +174,30 @@ SpinCertificate certify_spin(const CertifiedSpin& problem, const RayIntegrals& r
     }
     ++certificate.nodes;
     certificate.evaluations += height.evaluations();
-    if (height.solution().converged && height.objective() < best.objective * (1 - 1e-9)) {
-      QuadricOptions from;
-      from.moments = height.solution().moments;
-      from.multipliers = height.solution().multipliers.head(goal.constraints()) * problem.gamma_i;
-      const QuadricSolution better = solve_quadric(goal, rays, constant, from);
-      certificate.evaluations += better.evaluations;
-      if (better.converged && better.objective < best.objective) best = better;
-    }
+    if (!height.solution().converged || !(height.objective() < best.objective * (1 - 1e-9))) return;
+    const Eigen::VectorXd& fixed = height.solution().multipliers;
+    QuadricOptions from;
+    from.moments = height.solution().moments;
+    from.multipliers.resize(goal.constraints());
+    from.multipliers << fixed.head(4), fixed.tail(fixed.size() - 5);
+    from.multipliers *= problem.gamma_i;
+    const QuadricSolution better = solve_quadric(goal, rays, constant, from);
+    certificate.evaluations += better.evaluations;
+    if (counts(better) && better.objective < best.objective) best = better;
+    if (!options.within || !(height.objective() < best.objective)) return;
+    best = height.solution();
+    best.objective = height.objective();
+    best.lower_bound = -std::numeric_limits<double>::infinity();
   };
   split({heights, -std::numeric_limits<double>::infinity()}, std::clamp(first, heights.lo, heights.hi));
   while (!open.empty() && certificate.nodes < options.max_nodes) {
     progress.check();
     const HeightBound node = open.top();
-    if (best.objective - node.bound <= options.gap * best.objective) break;
+    if (best.converged && best.objective - node.bound <= options.gap * best.objective) break;
     open.pop();
     split(node, node.heights.middle());
   }
+  certificate.infeasible = open.empty() && !best.converged;
   return finish(open.empty() ? best.objective : open.top().bound);
 }
 

@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include "base/linear_algebra.h"
+#include "base/rotation.h"
 
 namespace rayrep {
 
@@ -34,11 +35,32 @@ Goal with_at_most(Goal goal, const Moments& a, double a_0) {
   return goal;
 }
 
+Goal with_equation(Goal goal, const Moments& a, double a_0) {
+  const Eigen::Index rows = goal.J.rows();
+  const Eigen::Index equations = rows - goal.at_most;
+  goal.J.conservativeResize(rows + 1, 10);
+  goal.c_0.conservativeResize(rows + 1);
+  for (Eigen::Index k = rows; k > equations; --k) {
+    goal.J.row(k) = goal.J.row(k - 1).eval();
+    goal.c_0[k] = goal.c_0[k - 1];
+  }
+  goal.J.row(equations) = a.transpose();
+  goal.c_0[equations] = a_0;
+  return goal;
+}
+
+Goal with_cuts(Goal goal, const std::vector<Moments>& cuts) {
+  goal.cone.reset();
+  for (const Moments& a : cuts) goal = with_at_most(std::move(goal), a, 0);
+  return goal;
+}
+
 Goal linear_goal(const Moments& q, const Goal& other) {
   Goal goal = linear(q);
   goal.J = other.J;
   goal.c_0 = other.c_0;
   goal.at_most = other.at_most;
+  goal.cone = other.cone;
   return goal;
 }
 
@@ -52,6 +74,10 @@ Goal mapped(const Goal& goal, const Matrix10& T) {
     const Derivatives d = f(T * s);
     return Derivatives{d.value, T.transpose() * d.gradient, restricted(d.hessian, T)};
   };
+  if (goal.cone) {
+    const Goal::Cone& c = *goal.cone;
+    result.cone = {T.transpose() * c.xx, T.transpose() * c.yy, T.transpose() * c.xy};
+  }
   return result;
 }
 
@@ -211,6 +237,18 @@ Moments inertial_functional(MomentIndex number, const Eigen::Matrix3d& axes) {
   return a;
 }
 
+/// The moment of inertia about u through the origin, unit density.
+Moments moment_about(const Eigen::Vector3d& u) { return trace() - second_moment(u, u); }
+
+/// r J_l - Izz 1 has no positive eigenvalue, J_l the lateral 2 x 2 tensor about the origin. theory.md (76)
+/// @param up  a unit vector
+Goal::Cone spin_cone(const Eigen::Vector3d& up, double ratio, double unit) {
+  const Eigen::Matrix<double, 3, 2> plane = across(up);
+  const Moments axial = moment_about(up);
+  return {(ratio * moment_about(plane.col(0)) - axial) / unit, (ratio * moment_about(plane.col(1)) - axial) / unit,
+          -ratio / unit * second_moment(plane.col(0), plane.col(1))};
+}
+
 }  // namespace
 
 TargetGoal::TargetGoal(const Setup& setup) {
@@ -255,6 +293,8 @@ TargetGoal::TargetGoal(const Setup& setup) {
     if (const auto& most = setup.at_most[static_cast<std::size_t>(k)]) bound(k, *most, 1);
     if (const auto& least = setup.at_least[static_cast<std::size_t>(k)]) bound(k, *least, -1);
   }
+
+  if (setup.least_spin_ratio) cone = spin_cone(setup.up, *setup.least_spin_ratio, unit[MXX]);
 
   const auto choose = [&](const std::optional<Wish>& wish, const Moments& a) {
     if (chosen.size() == 3 || free_part(a).norm() < 1e-6) return;

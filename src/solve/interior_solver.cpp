@@ -33,6 +33,7 @@ InteriorSolver::Solved InteriorSolver::solve_quadric(const Moments& constant) {
   if (exact.converged) {
     warm_.multipliers = exact.multipliers;
     warm_.moments = exact.moments;
+    if (!exact.cuts.empty()) warm_.cut_angle_rad = exact.cut_angle_rad;
   }
   solved.q = exact.q;
   solved.price = exact.price;

@@ -1,6 +1,7 @@
 #include "rayrep/solve/nlp.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -27,6 +28,7 @@ InteriorNlp::InteriorNlp(const Goal& goal, const Interior& interior, const Momen
       pair_lengths_(interior.pair_lengths() / variable_unit_),
       chunk_(pair_lengths_.size() == 0 ? kChunk : kChunkOfPairs),
       couplings_(interior.couplings()) {
+  assert(!goal.cone);
   unit_ = moment_units(scale.volume_mm3, scale.length_mm) / n_;
   // A moment takes part when a constraint or a curved objective depends on it. Dependence does not change with s.
   const Moments s = constant_ + interior_.moments(interior_.start(fill));

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 #include "base/linear_algebra.h"
@@ -592,9 +593,115 @@ QuadricSolution solve_at(const Priced& asked, const QuadricOptions& options) {
   return solution;
 }
 
+constexpr double kInCone = 1e-9;
+
+/// The matrix of a cone in axes turned by an angle.
+struct Turned {
+  double p, q, c;  ///< [[p, c], [c, q]]
+
+  Turned(const Goal::Cone& cone, const Moments& s, double angle) {
+    const double xx = cone.xx.dot(s);
+    const double yy = cone.yy.dot(s);
+    const double xy = cone.xy.dot(s);
+    const double cos = std::cos(angle);
+    const double sin = std::sin(angle);
+    p = cos * cos * xx + 2 * cos * sin * xy + sin * sin * yy;
+    q = sin * sin * xx - 2 * cos * sin * xy + cos * cos * yy;
+    c = cos * sin * (yy - xx) + (cos * cos - sin * sin) * xy;
+  }
+  double largest() const { return 0.5 * (p + q) + std::hypot(0.5 * (p - q), c); }
+  /// From these axes to those of its eigenvectors, -pi/4 to pi/4.
+  double to_axes() const {
+    const double turn = p == q && c == 0 ? 0 : 0.5 * std::atan2(2 * c, p - q);
+    const double quarter = 0.5 * std::numbers::pi;
+    return turn - quarter * std::round(turn / quarter);
+  }
+};
+
+std::vector<Moments> cuts_at(const Goal::Cone& cone, double angle) {
+  const double cos = std::cos(angle);
+  const double sin = std::sin(angle);
+  return {cos * cos * cone.xx + sin * sin * cone.yy + 2 * cos * sin * cone.xy,
+          sin * sin * cone.xx + cos * cos * cone.yy - 2 * cos * sin * cone.xy};
+}
+
+/// Goals with a cone. theory.md (76)
+class InCone {
+public:
+  InCone(const Goal& goal, const RayIntegrals& rays, const Moments& constant, const QuadricOptions& options)
+      : goal_(goal), rays_(rays), constant_(constant), warm_(options) {
+    assert(goal.affine);
+  }
+
+  QuadricSolution solve() {
+    double start = warm_.cut_angle_rad.value_or(0);
+    if (!warm_.cut_angle_rad) {
+      const QuadricSolution free = solved({});
+      const Turned at(*goal_.cone, free.moments, 0);
+      if (!free.converged || at.largest() <= kInCone) return free;
+      start = at.to_axes();
+      warm_.multipliers.conservativeResize(free.multipliers.size() + 2);
+      warm_.multipliers.tail(2).setZero();
+    }
+    return turned(start);
+  }
+
+private:
+  QuadricSolution solved(const std::vector<Moments>& cuts) {
+    const Goal rows = with_cuts(goal_, cuts);
+    QuadricSolution solution = solve_quadric(rows, rays_, constant_, warm_);
+    evaluations_ += solution.evaluations;
+    solution.evaluations = evaluations_;
+    solution.cuts = cuts;
+    if (solution.converged) warm_.multipliers = solution.multipliers;
+    return solution;
+  }
+
+  /// Turns the cuts until the matrix is diagonal between them. A quarter turn on they are the same two, and its entry off the
+  /// diagonal has the other sign: there is a zero between, found by the Illinois method.
+  QuadricSolution turned(double lo) {
+    constexpr int most_rounds = 60;
+    double hi = lo + 0.5 * std::numbers::pi;
+    double at_lo = 0;
+    double at_hi = 0;
+    double angle = lo;
+    int side = 0;
+    QuadricSolution solution;
+    for (int round = 0; round < most_rounds; ++round) {
+      solution = solved(cuts_at(*goal_.cone, angle));
+      solution.cut_angle_rad = angle;
+      const Turned at(*goal_.cone, solution.moments, angle);
+      if (!solution.converged || at.largest() <= kInCone) return solution;
+      if (round == 0) {
+        at_lo = at.c;
+        at_hi = -at.c;
+        // To its own axes, the one way round or the other.
+        const double turn = at.to_axes();
+        angle = turn > 0 ? lo + turn : hi + turn;
+        continue;
+      }
+      const bool low = (at.c > 0) == (at_lo > 0);
+      if (side == (low ? -1 : 1)) (low ? at_hi : at_lo) *= 0.5;
+      side = low ? -1 : 1;
+      (low ? lo : hi) = angle;
+      (low ? at_lo : at_hi) = at.c;
+      angle = (lo * at_hi - hi * at_lo) / (at_hi - at_lo);
+    }
+    solution.converged = false;
+    return solution;
+  }
+
+  const Goal& goal_;
+  const RayIntegrals& rays_;
+  const Moments& constant_;
+  QuadricOptions warm_;
+  int evaluations_ = 0;
+};
+
 }  // namespace
 
 QuadricSolution solve_quadric(const Goal& goal, const RayIntegrals& rays, const Moments& constant, const QuadricOptions& options) {
+  if (goal.cone) return InCone(goal, rays, constant, options).solve();
   const QuadricSolution free = solve_at({goal, rays, constant}, options);
   const double most = rays.grid().most_mm3;
   if (!free.converged || free.filled_mm3 <= most) return free;
@@ -654,7 +761,7 @@ double separation_margin(const Goal& goal, const Eigen::VectorXd& y, const RayIn
 
 NearestSolution nearest_attainable(const Goal& goal, const RayIntegrals& rays, const Moments& constant, double tolerance) {
   constexpr int max_evaluations = 1000;
-  assert(goal.at_most == 0);
+  assert(goal.at_most == 0 && !goal.cone);
   Problem problem(goal, rays, constant);
   NearestSolution solution;
   // Wolfe's method for the point of least norm in a convex set: x is the nearest point to 0 of the hull of a few interiors' c(s),

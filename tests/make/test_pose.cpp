@@ -8,6 +8,7 @@
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/judge/verify.h"
 #include "rayrep/make/hollow.h"
+#include "rayrep/solve/goals.h"
 #include "runs.h"
 #include "solids.h"
 
@@ -213,6 +214,143 @@ TEST(Pose, ContradictionsAreToldWithWhatEachPoseCosts) {
   heavy.spec.poses.pop_back();
   heavy.spec.poses[0].waterline_mm = 1;
   EXPECT_TRUE(mentions(refusal(solid, heavy), {"It cannot float like that", "0.40 g"}));
+}
+
+Pose spin(const Eigen::Vector3d& up, const SpinAxis& axis = {}) { return {.kind = Pose::Kind::spins, .up = up, .axis = axis}; }
+
+SpinAxis through(const Eigen::Vector3d& point) { return {.through = SpinAxis::Through::point, .point_mm = point}; }
+
+/// What the certificate of a top says.
+double certified(const HollowResult& result, const std::string& name) {
+  for (const Figure& f : result.proof_figures)
+    if (f.name == "certificate")
+      for (const auto& [key, value] : std::get<Record>(f.value))
+        if (key == name) return std::holds_alternative<bool>(value) ? std::get<bool>(value) : std::get<double>(value);
+  ADD_FAILURE() << "no " << name;
+  return 0;
+}
+
+/// The measure of spin of what was delivered, about the vertical through a point.
+double measure_of(const Mesh& mesh, const Mesh& solid, const Eigen::Vector3d& contact) {
+  const Moments s = translated(mesh_moments(mesh), -contact);
+  return spin_goal({}, true, false, mesh_moments(solid)[M1], bounding_box(solid).diagonal().norm()).objective(s);
+}
+
+TEST(PoseWithATop, WhatDoesNotHoldItBackIsTheTopOfSpin) {
+  const Mesh solid = box({0, 0, 0}, {30, 34, 12});
+  const Job<PoseSpec> options = job({spin(kZ), stand(kZ)});
+  const Outcome<PoseSpec> both = hollowed(solid, options);
+  Job<SpinSpec> alone;
+  alone.hollow = options.hollow;
+  alone.spec.certify = true;
+  const Outcome<SpinSpec> top = hollowed(solid, alone);
+  EXPECT_EQ(certified(both, "closed"), 1);
+  EXPECT_NEAR(measure_of(both.delivery.body(), solid, {15, 17, 0}), measure_of(top.delivery.body(), solid, {15, 17, 0}), 2e-4);
+  // The judge says of the same file what the judge of tops says.
+  const PoseVerdict verdict = verify(both.delivery.body(), &solid, both.found);
+  EXPECT_TRUE(verdict.pass());
+  SpinSpec spec;
+  spec.axis = through({15, 17, 0});
+  const SpinVerdict judged = verify(both.delivery.body(), &solid, spec);
+  ASSERT_TRUE(judged.pass());
+  ASSERT_GE(verdict.poses[0].criteria.size(), 5u);
+  for (const Criterion& c : verdict.poses[0].criteria) {
+    const auto same =
+        std::find_if(judged.criteria.begin(), judged.criteria.end(), [&](const Criterion& other) { return other.name == c.name; });
+    ASSERT_NE(same, judged.criteria.end()) << c.name;
+    EXPECT_NEAR(c.value, same->value, 1e-9) << c.name;
+  }
+  EXPECT_EQ(verdict.criteria.back().name, "least_tip");
+  expect_rests(solid, options);
+}
+
+TEST(PoseWithATop, ANarrowFootKeepsItsCentreLow) {
+  // Its foot reaches 5 cos(pi/32) mm to an edge: so high at most for the tipping angle.
+  const Mesh solid = frustum(5, 18, 16, 32);
+  Job<PoseSpec> options = job({stand(kZ), spin(kZ)});
+  options.spec.contact_tolerance_mm = 1e-6;
+  const double free_mm = centre_of(hollowed(solid, options)).z();
+  const double reach_mm = 5 * std::cos(kPi / 32);
+  const double angle = std::atan2(reach_mm, free_mm - 0.6) * 180 / kPi;  // 0.6 mm lower than it would like
+  options.spec.least_tip_deg = angle;
+  const Outcome<PoseSpec> held = hollowed(solid, options);
+  EXPECT_NEAR(centre_of(held).z(), free_mm - 0.6, 1e-3);
+  EXPECT_NEAR(certified(held, "highest_mm"), free_mm - 0.6, 1e-5);
+  EXPECT_EQ(certified(held, "closed"), 1);
+  EXPECT_GE(measure_of(held.delivery.body(), solid, {0, 0, 0}), certified(held, "lower_bound") - 1e-3);
+  const PoseVerdict verdict = expect_rests(solid, options);
+  EXPECT_NEAR(verdict.smallest_tipping_angle_rad, angle * kPi / 180, 1e-4);
+}
+
+TEST(PoseWithATop, HangsFromAPointOfItsAxis) {
+  const Mesh solid = frustum(6, 18, 14, 32);
+  const double free_mm = centre_of(hollowed(solid, job({stand(kZ), spin(kZ)}))).z();
+  // A point in it, so low that its centre of mass has to go down.
+  const Eigen::Vector3d point(0, 0, free_mm + 0.01 * bounding_box(solid).diagonal().norm() - 0.5);
+  const Job<PoseSpec> options = job({hang(point, kZ), spin(kZ)});
+  const PoseVerdict verdict = expect_rests(solid, options);
+  EXPECT_NEAR(verdict.body.centre_of_mass_mm.z(), free_mm - 0.5, 1e-3);
+  // Across the axis the height is that of the point.
+  const Eigen::Vector3d beside(-30, 0, free_mm - 0.3);
+  const PoseVerdict lying = expect_rests(solid, job({hang(beside, -kX), spin(kZ)}));
+  EXPECT_NEAR(lying.body.centre_of_mass_mm.z(), free_mm - 0.3, 1e-3);
+}
+
+TEST(PoseWithATop, FloatsAtAWaterlineOfItsOwnOrAGivenOne) {
+  const Mesh solid = cylinder(20, 14, 48);
+  Job<PoseSpec> options = job({afloat(kZ), spin(kZ)});
+  const Outcome<PoseSpec> result = hollowed(solid, options);
+  ASSERT_TRUE(result.found.poses[0].waterline_mm);
+  expect_rests(solid, options);
+  options.spec.poses[0].waterline_mm = 9;
+  const PoseVerdict given = expect_rests(solid, options);
+  const double area = 0.5 * 48 * 400 * std::sin(2 * kPi / 48);
+  EXPECT_NEAR(given.body.mass_g, 1e-3 * area * 9, 1e-2);
+}
+
+TEST(PoseWithATop, StandsOnTwoSides) {
+  const Mesh solid = box({0, 0, 0}, {26, 26, 16});
+  const PoseVerdict verdict = expect_rests(solid, job({spin(kZ), stand(kZ), stand(kX)}));
+  EXPECT_GT(verdict.smallest_tipping_angle_rad, 3 * kPi / 180);
+}
+
+TEST(PoseWithATop, ContradictionsTellWhatEachPoseLeavesOfTheAxis) {
+  const Mesh solid = frustum(2, 18, 18, 32);
+  Job<PoseSpec> steep = job({stand(kZ), spin(kZ)});
+  steep.spec.contact_tolerance_mm = 1e-6;
+  steep.spec.least_tip_deg = 25;
+  const std::string narrow = refusal(solid, steep);
+  EXPECT_TRUE(mentions(narrow, {"contradict each other", "standing with z up (tipping over at 25.00 degrees): at most 4.2",
+                                "balanced about the axis: ", "It can be made with --min-tip ",
+                                "Without standing with z up it spins "
+                                "with Izz",
+                                "Without spinning on its lowest point with z up it tips over at"}))
+      << narrow;
+  // With what is advised it can.
+  const std::size_t at = narrow.find("--min-tip ") + 10;
+  steep.spec.least_tip_deg = std::stod(narrow.substr(at));
+  expect_rests(solid, steep);
+  // Beside the axis.
+  const std::string beside = refusal(solid, job({hang({1, 0, 30}, kZ), spin(kZ)}));
+  EXPECT_TRUE(mentions(beside, {"hanging from (1, 0, 30) mm with z up: nowhere, the vertical that it needs passes 1.00 mm beside"}))
+      << beside;
+  // No top at all, whatever else it is.
+  EXPECT_TRUE(mentions(refusal(box({0, 0, 0}, {10, 10, 40}), job({stand(kZ), spin(kZ)})),
+                       {"times the larger lateral moment", "tumbles about an axis of middle moment"}));
+  EXPECT_TRUE(
+      mentions(refusal(solid, job({stand(kZ), spin(kZ, through({17, 0, 18}))})), {"It cannot be balanced about this axis"}));
+}
+
+TEST(PoseWithATop, SaysWhatMakesNoSense) {
+  const auto usage = [](const Job<PoseSpec>& options) {
+    return message_of([&] { hollowed(box({0, 0, 0}, {20, 20, 10}), options); }, ErrorCode::usage);
+  };
+  EXPECT_TRUE(mentions(usage(job({spin(kZ)})), {"rayrep spin", "--stand UP"}));
+  EXPECT_TRUE(mentions(usage(job({spin(kZ), spin(kX)})), {"give --spin once"}));
+  EXPECT_TRUE(
+      mentions(usage(job({spin(kZ, {.through = SpinAxis::Through::best}), stand(kZ)})), {"--spin UP:auto is not searched"}));
+  EXPECT_TRUE(mentions(usage(job({spin(kX, {.through = SpinAxis::Through::point, .leaves_below = true}), stand(kZ)})),
+                       {"--spin UP:X,Y needs the up direction z or -z"}));
 }
 
 TEST(Pose, SaysWhatMakesNoSense) {

@@ -344,6 +344,8 @@ TargetVerdict expect_met(const Mesh& solid, const Job<TargetSpec>& options, doub
   goal.wanted = options.spec.wanted;
   goal.at_least = options.spec.at_least;
   goal.at_most = options.spec.at_most;
+  goal.least_spin_ratio = options.spec.least_spin_ratio;
+  goal.up = options.spec.up;
   goal.print.density_g_cm3 = options.spec.print.density_g_cm3;
   goal.print.wall_mm = options.spec.print.wall_mm;
   const TargetVerdict verdict = verify(read_mesh(path).mesh, &solid, goal);
@@ -383,6 +385,112 @@ TEST(HollowTarget, TheLightestCylinderWithAGivenMomentOfInertiaHasARoundBore) {
   EXPECT_NEAR(result.extreme->bound, lightest, 2e-3 * lightest);
   const TargetVerdict verdict = expect_met(solid, options);
   EXPECT_NEAR(verdict.state.body.mass_g, lightest, 3e-3 * lightest);
+}
+
+/// A cylinder about its middle with a cavity where (1 - ratio/2) rho^2 - ratio z^2 < level, a wall all around: by its slices.
+struct Hyperboloid {
+  double R = 20;
+  double h = 24;
+  double wall = 2.5;
+  double ratio;
+
+  struct Body {
+    double volume, spin_ratio;
+  };
+  Body at(double level) const {
+    constexpr int slices = 4000;
+    double volume = kPi * R * R * h;
+    double axial = 0.5 * kPi * std::pow(R, 4) * h;
+    double upright = kPi * R * R * std::pow(h, 3) / 12;
+    const double dz = (h - 2 * wall) / slices;
+    for (int n = 0; n < slices; ++n) {
+      const double z = -0.5 * h + wall + (n + 0.5) * dz;
+      const double square = std::clamp((level + ratio * z * z) / (1 - ratio / 2), 0.0, std::pow(R - wall, 2));
+      volume -= kPi * square * dz;
+      axial -= 0.5 * kPi * square * square * dz;
+      upright -= kPi * square * z * z * dz;
+    }
+    return {volume, axial / (axial / 2 + upright)};
+  }
+};
+
+/// With its middle at the origin.
+Job<TargetSpec> centred_spin(double ratio) {
+  InertialTargets wanted;
+  wanted[MX] = wanted[MY] = wanted[MZ] = 0;
+  Job<TargetSpec> options = coarse(wanted);
+  options.spec.least_spin_ratio = ratio;
+  return options;
+}
+
+TEST(HollowTarget, TheLightestCylinderThatSpinsSoWellHasAWaist) {
+  // What counts for it is the distance from the axis, and against it that from the middle plane: between a hyperboloid and the
+  // wall.
+  Hyperboloid ideal{.ratio = 1.38};
+  double lo = 30;  // the ratio falls from here on
+  double hi = 300;
+  for (int n = 0; n < 60; ++n) {
+    const double level = 0.5 * (lo + hi);
+    (ideal.at(level).spin_ratio > ideal.ratio ? lo : hi) = level;
+  }
+  const double lightest = 1e-3 * kDensity * ideal.at(hi).volume;
+  const Mesh solid = moved(cylinder(ideal.R, ideal.h, 96), {0, 0, -0.5 * ideal.h});
+  const Job<TargetSpec> options = centred_spin(ideal.ratio);
+  const TargetVerdict verdict = expect_met(solid, options);
+  EXPECT_NEAR(verdict.state.body.mass_g, lightest, 8e-3 * lightest);
+  EXPECT_NEAR(verdict.state.spin_ratio, ideal.ratio, 1e-5);
+  EXPECT_EQ(verdict.criteria.back().name, "spin_ratio_at_least");
+  // About any axis of the mesh.
+  const Eigen::Matrix3d R = random_rotation(11);
+  Job<TargetSpec> turned = options;
+  turned.spec.up = R.col(2);
+  const TargetVerdict other = expect_met(rotated(solid, R), turned);
+  EXPECT_NEAR(other.state.body.mass_g, lightest, 8e-3 * lightest);
+  EXPECT_NEAR(other.state.spin_ratio, ideal.ratio, 1e-5);
+}
+
+TEST(HollowTarget, ABoxSpinsAboutItsAxisAsWellAsWasAsked) {
+  // Its larger lateral moment is another one before than it is at the end.
+  const Mesh solid = box({-20, -19, -11}, {20, 19, 11});
+  double before = 0;
+  for (const double ratio : {1.5, 1.53, 1.55}) {  // a box without an inside has 1.41
+    const TargetVerdict verdict = expect_met(solid, centred_spin(ratio), 5e-5);
+    EXPECT_NEAR(verdict.state.spin_ratio, ratio, 2e-5);
+    EXPECT_GT(verdict.state.body.mass_g, before);
+    before = verdict.state.body.mass_g;
+  }
+}
+
+TEST(HollowTarget, AMissedSpinRatioFails) {
+  const Mesh solid = box({-20, -19, -11}, {20, 19, 11});
+  TargetSpec goal;
+  goal.wanted[MX] = goal.wanted[MY] = goal.wanted[MZ] = 0;
+  const MassProperties body = mass_properties(mesh_moments(solid), 1.24);
+  const double ratio = body.inertia_g_mm2(2, 2) / std::max(body.inertia_g_mm2(0, 0), body.inertia_g_mm2(1, 1));
+  for (const double factor : {0.9, 0.9995, 1.0005, 1.002, 1.2}) {
+    goal.least_spin_ratio = factor * ratio;
+    const TargetVerdict verdict = verify(solid, &solid, goal);
+    EXPECT_EQ(verdict.pass(), factor < 1.001) << factor;
+    EXPECT_NEAR(verdict.state.spin_ratio, ratio, 1e-9);
+    EXPECT_EQ(verdict.criteria.back().name, "spin_ratio_at_least");
+  }
+}
+
+TEST(HollowTarget, ASpinRatioOutOfReachIsToldWithTheLargest) {
+  // Dinkelbach's iteration for a cylinder about its middle.
+  Hyperboloid ideal{.ratio = 1.3};
+  for (int n = 0; n < 50; ++n) ideal.ratio = ideal.at(0).spin_ratio;
+  const Mesh solid = moved(cylinder(ideal.R, ideal.h, 96), {0, 0, -0.5 * ideal.h});
+  const std::string text = message_of([&] { hollowed(solid, centred_spin(1.6)); }, ErrorCode::goal);
+  ASSERT_TRUE(mentions(text, {"The largest spin-ratio with these numbers is ", "without spin-ratio at least"})) << text;
+  const std::string words = "The largest spin-ratio with these numbers is ";
+  EXPECT_NEAR(std::stod(text.substr(text.find(words) + words.size())), ideal.ratio, 3e-3) << text;
+
+  const auto usage = [&](Job<TargetSpec> options) { return message_of([&] { hollowed(solid, options); }, ErrorCode::usage); };
+  EXPECT_TRUE(mentions(usage(centred_spin(2.5)), {"between 0 and 2"}));
+  Job<TargetSpec> open = centred_spin(1.1);
+  open.spec.wanted[MZ].reset();
+  EXPECT_TRUE(mentions(usage(open), {"--com X,Y,Z", "static moment"}));
 }
 
 struct Subset {

@@ -38,13 +38,14 @@ const std::map<std::string, std::string> kTexts = {{"up", "-x"},
                                                    {"hang", "1,2,3:x"},
                                                    {"float", "-z:12.5;y"},
                                                    {"roly-poly", "y"},
+                                                   {"spin", "x:1,2,3"},
                                                    {"min-tip", "20"},
                                                    {"load", "z:0.4"},
                                                    {"faces", "6"},
                                                    {"fairness", "1.1"},
                                                    {"shake", "5"},
                                                    {"max-mass", "50"},
-                                                   {"at-least", "mass=3,com_z=-2"},
+                                                   {"at-least", "mass=3,com_z=-2,spin-ratio=1.25"},
                                                    {"at-most", "mass=9,ixx=4"}};
 
 /// What a row is told is what it shows, and nothing else of the spec changes.

@@ -143,6 +143,63 @@ TEST(Certify, AYoyosStationaryPointIsItsOptimum) {
   EXPECT_GT(closed, 5);
 }
 
+/// The best over a grid of heights, each solved by itself; with a volume of material where one is given.
+double least_over_heights(const CertifiedSpin& problem, const RayBody& body, const RayIntegrals& rays, const Interval& heights) {
+  const Goal top = spin_goal({.lambda = problem.lambda}, true, false, problem.volume_mm3, problem.length_mm);
+  double least = 1e300;
+  constexpr int steps = 40;
+  for (int n = 0; n <= steps; ++n) {
+    const double at = heights.lo + heights.length() * n / steps;
+    Goal goal = mapped(spin_goal({.lambda = 0}, true, true, problem.volume_mm3, problem.length_mm),
+                       moment_map(Eigen::Affine3d(Eigen::Translation3d(0, 0, -at))));
+    if (problem.material_mm3) goal = with_equation(goal, Moments::Unit(M1) / *problem.material_mm3, -1);
+    const QuadricSolution solution = solve_quadric(goal, rays, body.shell);
+    if (solution.converged) least = std::min(least, top.objective(solution.moments));
+  }
+  return least;
+}
+
+TEST(Certify, WithinHeightsTheBestOfThoseIsFound) {
+  Random random(751);
+  int at_an_end = 0;
+  int inside = 0;
+  int impossible = 0;
+  for (int n = 0; n < 40; ++n) {
+    const RayBody body = random_body(random, 24);
+    const RayIntegrals rays(body.domain);
+    CertifiedSpin problem = problem_of(body, random.uniform(0.02, 0.3));
+    const SpinCertificate free = certify_spin(problem, rays, body.shell, {.heights = heights_of(body)});
+    if (free.infeasible) continue;
+    if (n % 2) problem.material_mm3 = free.best.moments[M1] * random.uniform(0.97, 1.05);
+    const double centre = free.best.moments[MZ] / free.best.moments[M1];
+    const double from = centre + random.uniform(-3, 1.5);
+    const Interval heights{from, from + random.uniform(0, 2)};
+    const SpinCertificate within = certify_spin(problem, rays, body.shell, {.heights = heights, .within = true});
+    const double twin = least_over_heights(problem, body, rays, heights);
+    if (within.infeasible) {
+      ++impossible;
+      EXPECT_GT(twin, 1e299);
+      continue;
+    }
+    ASSERT_TRUE(within.best.converged);
+    const double height = within.best.moments[MZ] / within.best.moments[M1];
+    EXPECT_GE(height, heights.lo - 1e-7);
+    EXPECT_LE(height, heights.hi + 1e-7);
+    const double material = problem.material_mm3.value_or(within.best.moments[M1]);
+    EXPECT_NEAR(within.best.moments[M1], material, 1e-6 * material);
+    EXPECT_TRUE(within.closed) << n << " " << within.gap;
+    EXPECT_GE(twin, within.lower_bound - 1e-9);
+    EXPECT_GE(within.best.objective, free.lower_bound - 1e-9);
+    EXPECT_NEAR(within.best.objective, twin, 2e-3 * twin);  // of 41 heights
+    const Goal top = spin_goal({.lambda = problem.lambda}, true, false, problem.volume_mm3, problem.length_mm);
+    EXPECT_NEAR(top.objective(within.best.moments), within.best.objective, 1e-8);
+    (std::min(height - heights.lo, heights.hi - height) < 1e-3 ? at_an_end : inside) += 1;
+  }
+  EXPECT_GT(at_an_end, 3);
+  EXPECT_GT(inside, 1);
+  EXPECT_GT(impossible, 0);
+}
+
 TEST(Certify, StopsWhenCancelled) {
   Random random(5);
   for (;;) {

@@ -235,6 +235,7 @@ struct TargetState {
   MassProperties body;
   std::vector<InertialDeviation> deviations;     ///< of every wanted number; lengths relative to the diagonal of the bounding box
   std::vector<InertialDeviation> below, beyond;  ///< of at_least and at_most, as far as they are not kept, else 0
+  double spin_ratio = 0;  ///< moment of inertia about TargetSpec::up over the larger one across it, about the centre of mass
 };
 
 struct TargetVerdict : Verdict {
@@ -244,7 +245,8 @@ struct TargetVerdict : Verdict {
 
 /// Judges a delivered mesh, as the judge of floating does, by its mass, centre of mass and inertia. Criteria, in this order:
 /// closed, outer_unchanged, no_islands, no_crossings, wall and trapped_resin as there, then one for every wanted number, named by
-/// inertial_name: its deviation, relative as InertialDeviation says; and for every bound, "mass_at_most", how far it is beyond.
+/// inertial_name: its deviation, relative as InertialDeviation says; and for every bound, "mass_at_most", how far it is beyond; of
+/// least_spin_ratio spin_ratio_at_least.
 /// @throws Error{usage} for a goal that makes no sense; otherwise as verify_float
 TargetVerdict verify(const Mesh& delivered, const Mesh* original, const TargetSpec& spec, const Limits& limits = {},
                      const Progress& progress = {});
@@ -269,7 +271,7 @@ struct PoseVerdict : Verdict {
 
 /// Judges a delivered mesh, as the judge of floating does, in each of its poses. Criteria, in this order: closed, outer_unchanged,
 /// no_islands, no_crossings, wall and trapped_resin as there; then of a closed mesh for pose 1, 2, ... those of the judge of
-/// standing or floating, named "pose_1_inside" and the like, of one that hangs pose_1_hangs and of one that rights itself
+/// standing, floating or spinning, named "pose_1_inside" and the like, of one that hangs pose_1_hangs and of one that rights itself
 /// pose_1_righted:
 ///   hangs      rad: angle between up and the direction from the centre of mass to the point, at most settled_tilt_rad
 ///   righted    rad: largest tilt at which it comes to rest, let go on level ground in 26 directions (righted), at most

@@ -119,6 +119,9 @@ struct TargetSpec {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< along which a maker casts its rays, unless another axis is better
   InertialTargets wanted;                         ///< in the mesh's own frame
   InertialTargets at_least, at_most;              ///< likewise, of numbers that are not wanted
+  /// At least: the moment of inertia about `up` over the larger of the two across it, about the centre of mass, which must be
+  /// wanted.
+  std::optional<double> least_spin_ratio;
   /// What a maker minimises first, second, ... while the wanted numbers are met; then as TargetGoal says. A coordinate of the
   /// centre of mass needs the mass wanted; a moment or product of inertia needs the coordinates that it depends on, as if it were
   /// wanted.
@@ -132,28 +135,32 @@ struct Pose {
     hangs,   ///< from a point
     floats,  ///< upright
     rights,  ///< itself from any tilt, like a roly-poly
+    spins,   ///< as a top, about its largest axis
   };
   Kind kind = Kind::stands;
   std::optional<Eigen::Vector3d> up = {};   ///< what points up then; none: PoseSpec::up
   Eigen::Vector3d point_mm = {0, 0, 0};     ///< of one that hangs
   std::optional<double> waterline_mm = {};  ///< of one that floats, as in FloatSpec; none: a maker chooses it
+  SpinAxis axis = {};                       ///< of one that spins, as in SpinSpec, but not searched
   Eigen::Vector3d up_or(const Eigen::Vector3d& usual) const { return up.value_or(usual); }
 };
 
 /// Rests in several poses, all with the same inside: stands as safely as it can, hangs, floats and rights itself with the attitudes
-/// given.
+/// given. One that spins, of which there is one at most, is made as good a top as all others allow.
 struct PoseSpec {
   static constexpr const char* kGoal = "pose";
   static constexpr int kUsualResolution = 200;
   static constexpr const char* kGroup = "Poses";
-  static constexpr const char* kMakes = "hollow MESH for several poses: stands, hangs, floats";
+  static constexpr const char* kMakes = "hollow MESH for poses: stands, hangs, floats, spins";
+  static constexpr double kUsualTip_deg = 3;
 
   Print print;
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< of poses that do not say theirs
   std::vector<Pose> poses;
   double fluid_g_cm3 = 1.0;
   std::optional<double> contact_tolerance_mm;  ///< as in StandSpec
-  /// Of a maker: it stands at least so safely, and is as light as that allows; none: as safely as it can.
+  /// Of a maker: it stands at least so safely, and is as light as that allows; none: as safely as it can. With one that spins none
+  /// is kUsualTip_deg.
   std::optional<double> least_tip_deg;
 };
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "rayrep/base/progress.h"
 #include "rayrep/rays/ray_integrals.h"
 #include "rayrep/rays/ray_rep.h"
@@ -13,13 +15,15 @@ struct CertifiedSpin {
   double lambda = 0.1;
   double gamma_i = 1;
   bool yoyo = false;
-  double volume_mm3 = 1;  ///< V
-  double length_mm = 1;   ///< L
+  std::optional<double> material_mm3 = {};  ///< of a top: the volume of material that it shall have
+  double volume_mm3 = 1;                    ///< V
+  double length_mm = 1;                     ///< L
 };
 
 struct CertifyOptions {
   /// In which the centre of mass of every interior lies, e.g. those of the body. Of no account for a yo-yo.
   Interval heights;
+  bool within = false;   ///< interiors with their centre of mass beyond the heights do not count, theory.md (75)
   double gap = 1e-4;     ///< relative, at which to stop
   int max_nodes = 2000;  ///< heights at which to solve
 };

@@ -25,6 +25,11 @@ struct Goal {
   Eigen::Index at_most = 0;  ///< so many of the rows, the last ones, say c(s) <= 0 instead
   bool affine = false;       ///< f is: its second derivatives vanish
   std::function<Derivatives(const Moments&)> f;
+  /// The matrix [[xx.s, xy.s], [xy.s, yy.s]] shall have no positive eigenvalue: a convex cone. Scaled like the constraints.
+  struct Cone {
+    Moments xx, yy, xy;
+  };
+  std::optional<Cone> cone;  ///< only solve_quadric, of affine goals, knows it
 
   Eigen::Index constraints() const { return J.rows(); }
   Eigen::VectorXd constraint_values(const Moments& s) const { return J * s + c_0; }
@@ -35,6 +40,12 @@ struct Goal {
 
 /// The goal with a.s + a_0 <= 0 as one more of its constraints. Scaled like the others: see Goal.
 Goal with_at_most(Goal goal, const Moments& a, double a_0);
+
+/// The goal with a.s + a_0 = 0 as one more of its constraints, the last of its equations.
+Goal with_equation(Goal goal, const Moments& a, double a_0);
+
+/// The goal with cuts of its cone as inequalities a.s <= 0 in place of it.
+Goal with_cuts(Goal goal, const std::vector<Moments>& cuts);
 
 /// Minimise q.s under the constraints of `other`.
 Goal linear_goal(const Moments& q, const Goal& other);
@@ -98,6 +109,8 @@ struct TargetGoal : Goal {
     double density_g_cm3 = 1.24;
     /// Completed by: mass, height, the sum of the moments of inertia, and then each of the ten.
     std::vector<Wish> order;
+    /// Of the moment of inertia about `up` over the larger lateral principal one, both about the origin: a cone, theory.md (76).
+    std::optional<double> least_spin_ratio;
     double weight = 1e-2;                                ///< w
     Eigen::Vector3d up = Eigen::Vector3d::UnitZ();       ///< the direction of "height", a unit vector
     Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< columns a_x, a_y, a_z: unit, orthogonal, right-handed

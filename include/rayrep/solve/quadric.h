@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
+#include <vector>
 
 #include "rayrep/physics/moments.h"
 #include "rayrep/rays/ray_integrals.h"
@@ -25,6 +27,9 @@ struct QuadricSolution {
   /// When infeasible: multipliers y with min over all interiors of y.c(s) > 0, which one pass over the rays can check
   /// (separation_margin). Empty otherwise.
   Eigen::VectorXd separation;
+  /// Of Goal::cone, that hold it back: none or two, whose multipliers are the last ones,
+  std::vector<Moments> cuts;
+  double cut_angle_rad = 0;  ///< u.C u and v.C v of its matrix C, with u = (cos, sin) of this and v across
 };
 
 struct QuadricOptions {
@@ -33,6 +38,7 @@ struct QuadricOptions {
   /// Where to start, from a neighbouring problem; without multipliers: from the solid's moments.
   Eigen::VectorXd multipliers;
   Moments moments = Moments::Zero();
+  std::optional<double> cut_angle_rad = {};  ///< of cuts of Goal::cone, with multipliers
 };
 
 /// Minimises a goal with affine constraints over all interiors on the rays. At an optimum there is q = grad F(s) + J^T mu such that
@@ -47,6 +53,9 @@ struct QuadricOptions {
 /// that, and the bound is proven as without. A curved goal with inequalities is solved by minimising its gradient at the last
 /// solution over and over: for a ratio of affine functions (stand_goal) that is Dinkelbach's method and ends at the global minimum;
 /// others mostly do not converge. theory.md (70)
+///
+/// A cone (Goal::cone) is met by two cuts across each other, turned until the matrix is diagonal between them, to 1e-9. Each of
+/// them holds for all of the cone, so that bound and proof of infeasibility stand. theory.md (76)
 /// @param rays      inner domain
 /// @param constant  moments of the rest of the body
 /// Constraints that cannot be met are a result, with proof. Where the rays' grid says that there is only so much of what fills them
