@@ -44,15 +44,15 @@ std::string core_material_names() {
 
 std::string shown_point(const Eigen::Vector3d& p) { return shown(p.x(), 9) + "," + shown(p.y(), 9) + "," + shown(p.z(), 9); }
 
-/// @param option  that it is the value of, or a part of
-SpinAxis parse_axis(const char* option, const std::string& text) {
+/// @param option   that it is the value of, or a part of
+/// @param subject  of a complaint
+SpinAxis parse_axis(const char* option, const char* subject, const std::string& text) {
   if (text == "lowest") return {};
   if (text == "com") return {.through = SpinAxis::Through::centre_of_mass};
   if (text == "auto") return {.through = SpinAxis::Through::best};
   const bool word = !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) != 0;
   const std::vector<double> c = word ? std::vector<double>{} : parse_numbers(option, text);
-  if (c.size() != 2 && c.size() != 3)
-    usage_error("The point of --" + std::string(option) + " is lowest, com, auto, X,Y or X,Y,Z; it is '" + text + "'.");
+  if (c.size() != 2 && c.size() != 3) usage_error(std::string(subject) + " lowest, com, auto, X,Y or X,Y,Z; it is '" + text + "'.");
   return {.through = SpinAxis::Through::point,
           .point_mm = Eigen::Vector3d(c[0], c[1], c.size() == 3 ? c[2] : 0),
           .leaves_below = c.size() == 2};
@@ -274,7 +274,7 @@ Pose parse_pose(Pose::Kind kind, const std::string& text) {
       break;
     case Pose::Kind::spins:
       pose.up = up_of_pose("spin", first);
-      if (!second.empty()) pose.axis = parse_axis("spin", second);
+      if (!second.empty()) pose.axis = parse_axis("spin", "The point of --spin is", second);
       break;
   }
   return pose;
@@ -744,7 +744,7 @@ Settings settings(SpinSpec& spec, For purpose) {
             "spins best. X,Y: where that vertical leaves the mesh below (up must be z or -z). In the numbers of the file after "
             "--unit and --size. For verify the solid is the --original if there is one, and else the mesh with its sealed "
             "cavities filled: the same options lead to the same contact point as when the mesh was made.",
-        .place = TextPlace{[&spec](const std::string& text) { spec.axis = parse_axis("point", text); },
+        .place = TextPlace{[&spec](const std::string& text) { spec.axis = parse_axis("point", "--point takes", text); },
                            [&spec] { return spec.yoyo ? "yo-yo" : shown_axis(spec.axis); }}},
        {.name = "yoyo",
         .value = "",

@@ -419,6 +419,87 @@ TEST_F(Tool, DiceAreMadeAndJudgedAgain) {
   EXPECT_EQ(run("dice cube.obj --faces 6 --load z").code, 2);
 }
 
+TEST_F(Tool, ATopAmongPosesIsMadeAndJudgedAgain) {
+  write_mesh(folder_ / "block.obj", box({0, 0, 0}, {40, 36, 18}));
+  const Run made = run("pose block.obj --spin z --stand z --stand x --resolution 30 -v --report pose.json");
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_TRUE(mentions(made.out, {"spinning on (20, 18, 0) mm with z up: it spins as a top", "is a better top than",
+                                  "of the global optimum (proven"}))
+      << made.out;
+  const std::string before = "\nto judge it again: rayrep ";
+  const std::size_t at = made.out.find(before);
+  ASSERT_NE(at, std::string::npos) << made.out;
+  const std::string line = made.out.substr(at + before.size(), made.out.find('\n', at + 1) - at - before.size());
+  EXPECT_TRUE(mentions(line, {"--spin 'z:20,18,0'", "--stand 'z;x'", "--min-tip 3"})) << line;
+  EXPECT_EQ(run(line).code, 0) << line;
+  EXPECT_EQ(run("pose block.obj --spin z").code, 2);
+  EXPECT_EQ(run("pose block.obj --spin z:1,2,3,4 --stand z").code, 2);
+}
+
+TEST_F(Tool, ASpecFileSaysWhatTheCommandLineDoes) {
+  fs::create_directories(folder_ / "there");
+  write_mesh(folder_ / "there" / "block.obj", box({0, 0, 0}, {40, 30, 24}));
+  const auto write = [&](const std::string& text) { std::ofstream(folder_ / "there" / "spec.json") << text; };
+  const auto result_of = [&](const std::string& arguments) {
+    const Run made = run(arguments + " -o out.stl --report r.json -q");
+    EXPECT_EQ(made.code, 0) << arguments << ": " << made.err;
+    return text_of(folder_ / "out.stl");
+  };
+  const std::string by_words =
+      result_of("pose there/block.obj --stand z --stand 0,-1,0 --hang 20,15.5,30:z --resolution 30 --wall 2");
+  write(R"({ "mesh": "block.obj",
+  "stand": ["z", [0, -1, 0]], "hang": "20,15.5,30:z",
+  "resolution": 30, "wall": 2.0, "suggest": false })");
+  EXPECT_EQ(result_of("pose there/spec.json"), by_words);
+  EXPECT_EQ(result_of("pose there/block.obj --spec there/spec.json"), by_words);
+  // The command line goes before: a list as a whole, and the same thing in other words.
+  EXPECT_EQ(result_of("pose there/spec.json --wall 3"),
+            result_of("pose there/block.obj --stand z --stand 0,-1,0 --hang 20,15.5,30:z --resolution 30 --wall 3"));
+  EXPECT_EQ(result_of("pose there/spec.json --stand x"),
+            result_of("pose there/block.obj --stand x --hang 20,15.5,30:z --resolution 30 --wall 2"));
+  write(R"({ "mesh": "block.obj", "resolution": 30, "submerged": "60%", "density": 0.9, "rigid": true })");
+  EXPECT_EQ(result_of("float there/spec.json --waterline 12"),
+            result_of("float there/block.obj --resolution 30 --density 0.9 --waterline 12"));
+  write(R"({ "mesh": "block.obj", "resolution": 30, "com": [20, 15, null], "at-least": { "mass": 20, "com_z": 9 } })");
+  EXPECT_EQ(result_of("target there/spec.json"),
+            result_of("target there/block.obj --resolution 30 --com 20,15,- --at-least mass=20,com_z=9"));
+  // Any command has it.
+  write(R"({ "mesh": "block.obj", "density": 2 })");
+  EXPECT_EQ(run("inspect there/spec.json").out, run("inspect there/block.obj --density 2").out);
+  write(R"({ "mesh": "block.obj", "goal": "stand", "original": "block.obj" })");
+  EXPECT_EQ(run("verify there/spec.json").out, run("verify there/block.obj --goal stand --original there/block.obj").out);
+}
+
+TEST_F(Tool, ASpecFileIsToldWhereItIsWrong) {
+  const auto told = [&](const std::string& text, const std::string& arguments = "") {
+    std::ofstream(folder_ / "spec.json") << text;
+    const Run refused = run("pose egg.stl --spec spec.json --resolution 30 " + arguments);
+    EXPECT_EQ(refused.code, 2) << text;
+    return refused.err;
+  };
+  EXPECT_TRUE(mentions(told("{ \"stand\": \"z\",\n\n \"wal\": 2 }"), {"spec.json, line 3: ", "'wal'", "Did you mean wall?"}));
+  EXPECT_TRUE(mentions(told("{ \"stand\": \"z\",\n \"wall\": true }"), {"spec.json, line 2: wall takes MM", "it is true"}));
+  EXPECT_TRUE(mentions(told("{ \"stand\": \"z\",\n \"rigid\": 1 }"), {"spec.json, line 2: rigid is a switch", "it is 1"}));
+  EXPECT_TRUE(mentions(told("{\n\"wall\": -1, \"stand\": \"z\" }"), {"spec.json, line 2: --wall must be a positive number"}));
+  EXPECT_TRUE(mentions(told("{\n\"stand\":\n[ \"up\" ] }"), {"spec.json, line 2: What points up in --stand", "it is 'up'"}));
+  EXPECT_TRUE(mentions(told("{ \"stand\": \"z\",\n\"stand\": \"x\" }"), {"stand is there twice"}));
+  EXPECT_TRUE(mentions(told("{ \"stand\": \"z\",\n \"wall\": }"), {"spec.json, line 2, column"}));
+  EXPECT_TRUE(mentions(told("[ 1 ]"), {"no object of settings"}));
+  EXPECT_TRUE(mentions(told("{ \"stand\": \"z\",\n \"material\": \"pls\" }"), {"spec.json, line 2: There is no material 'pls'"}));
+  EXPECT_TRUE(
+      mentions(told("{ \"stand\": \"z\",\n \"spin\": \"z:foo\" }"), {"spec.json, line 2: The point of --spin is lowest, com"}));
+  EXPECT_TRUE(mentions(told(""), {"spec.json, line 1, column 1"}));
+  EXPECT_TRUE(mentions(told("{ \"stand\": [[[1]]] }"), {"line 1: stand takes UP"}));
+  EXPECT_TRUE(mentions(told("{ \"target\": \"1,2,3\" }"), {"there is no setting 'target' of this command"}));
+  // What the command line says is not the file's fault.
+  const std::string own = told("{ \"wall\": -1, \"stand\": \"z\" }", "--wall -2");
+  EXPECT_EQ(own.find("spec.json"), std::string::npos) << own;
+  EXPECT_TRUE(mentions(run("pose missing.json").err, {"Cannot read 'missing.json'"}));
+  std::ofstream(folder_ / "spec.json") << "{ \"stand\": \"z\" }";
+  EXPECT_TRUE(mentions(run("pose spec.json").err, {"Name the mesh", "\"mesh\""}));
+  EXPECT_TRUE(mentions(run("pose egg.stl --spec spec.json --report spec.json").err, {"would overwrite what is read"}));
+}
+
 TEST_F(Tool, SpinTellsHowToVerifyIt) {
   const Mesh tilted = rotated(uv_ellipsoid(30, 22, 16, 24), Eigen::AngleAxisd(0.26, Eigen::Vector3d::UnitX()).toRotationMatrix());
   write_mesh(folder_ / "the egg.obj", tilted);

@@ -13,6 +13,7 @@
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/mesh_check.h"
 #include "rayrep/report/report.h"
+#include "spec_file.h"
 
 namespace po = boost::program_options;
 
@@ -298,6 +299,18 @@ Settings inertial_files(Options& options) {
 
 Settings common_rows(Options& options, bool with_report) {
   Settings rows = {
+      {.name = "spec",
+       .value = "FILE",
+       .words = "settings from a JSON file, or FILE.json in place of MESH",
+       .details =
+           "An object like { \"mesh\": \"bird.stl\", \"stand\": [\"z\", [0, 1, 1]], \"wall\": 1.6, \"rigid\": true }: a number or "
+           "text for "
+           "a value, a list of numbers for a point, true for an option without a value, a list where an option may be given "
+           "several "
+           "times, an object for a list of numbers with names. Files in it lie beside it (mesh, original, profile, of, as-sliced, "
+           "fixed). What the command line says counts instead of what the file says.",
+       .place = path_place(options.spec_file),
+       .rare = options.goal != PoseSpec::kGoal},
       {.name = "report",
        .value = "FILE",
        .words = "write everything to a JSON file",
@@ -332,7 +345,7 @@ Settings common_rows(Options& options, bool with_report) {
                           [&options] { return options.threads ? std::to_string(options.threads) : std::string("all"); }},
        .rare = true},
       {.name = "help,h", .value = "", .words = "this text", .details = "", .place = TextPlace{}}};
-  if (!with_report) rows.erase(rows.begin());
+  if (!with_report) std::erase_if(rows, [](const Setting& s) { return s.name == "report"; });
   return rows;
 }
 
@@ -602,7 +615,7 @@ std::vector<Group> batch_groups(Options& options) {
        .details = "With everything done already that is all that happens.",
        .place = path_place(batch.summary)}};
   Settings rest = common_rows(options, false);
-  std::erase_if(rest, [](const Setting& s) { return s.name == "threads"; });
+  std::erase_if(rest, [](const Setting& s) { return s.name == "threads" || s.name == "spec"; });
   return {{"Running jobs", running}, {"Output", rest}};
 }
 
@@ -688,6 +701,64 @@ Given split(int argc, const char* const* argv, const std::vector<Group>& groups)
   return given;
 }
 
+/// Options that say the same as this one in other words, or belong to it: they do not count beside it.
+std::set<std::string> replaced_by(const std::string& name) {
+  static const std::map<std::string, std::set<std::string>> all = {
+      {"waterline", {"submerged"}}, {"submerged", {"waterline"}}, {"material", {"density"}}, {"up", {"axis", "max-tilt"}}};
+  const auto found = all.find(name);
+  return found == all.end() ? std::set<std::string>{} : found->second;
+}
+
+/// Adds what a file says, where the command line does not say it. @returns the file
+/// @throws Error{usage}
+std::optional<SpecFile> add_spec_file(const std::vector<Group>& groups, Given& given, Options& options) {
+  if (options.command == Command::batch) return std::nullopt;
+  const auto ends_in_json = [](const std::string& name) { return std::filesystem::path(name).extension() == ".json"; };
+  const auto input = given.find("input");
+  if (input != given.end() && ends_in_json(input->second.front())) {
+    if (given.contains("spec")) usage_error("There are two files of settings: '" + input->second.front() + "' and --spec.");
+    given["spec"] = input->second;
+    given.erase(input);
+  }
+  if (!given.contains("spec")) return std::nullopt;
+  options.spec_file = given.at("spec").front();
+  Settings known;
+  for (const Group& group : groups)
+    for (Setting s : group.settings) {
+      s.name = long_name(s);
+      if (s.name != "spec" && s.name != "help") known.push_back(std::move(s));
+    }
+  SpecFile file = read_spec_file(options.spec_file, known);
+  std::set<std::string> said;
+  for (const auto& [name, texts] : given) {
+    said.insert(name);
+    said.merge(replaced_by(name));
+  }
+  for (const auto& [name, entry] : file.entries) {
+    if (name != "mesh" && !said.contains(name)) given[name] = entry.texts;
+    if (name == "mesh" && !given.contains("input")) given["input"] = entry.texts;
+  }
+  std::erase_if(file.entries, [&](const auto& entry) { return said.contains(entry.first == "mesh" ? "input" : entry.first); });
+  return file;
+}
+
+/// A complaint of options with the place of the first that is from a file.
+std::string placed(const std::string& message, const SpecFile& file) {
+  if (message.starts_with(file.path.string() + ", line ")) return message;
+  std::size_t first = std::string::npos;
+  std::string place;
+  for (const auto& [name, entry] : file.entries) {
+    std::size_t at = message.find("--" + name);
+    while (at != std::string::npos && at + 2 + name.size() < message.size() &&
+           (std::isalnum(static_cast<unsigned char>(message[at + 2 + name.size()])) || message[at + 2 + name.size()] == '-'))
+      at = message.find("--" + name, at + 1);
+    if (at >= first) continue;
+    first = at;
+    place = file.place(name);
+  }
+  return place + message;
+}
+
 /// Every group that some goal of verify asks for: their names alone count.
 std::vector<Group> groups_of_all_goals(const Syntax& syntax, Options& options) {
   if (syntax.command != Command::verify) return groups_of(syntax, options);
@@ -718,7 +789,16 @@ void refuse_other_goals(const Given& given, const Syntax& syntax, const Options&
   }
 }
 
-void apply(const std::vector<Group>& groups, const Given& given, Options& options) {
+/// @param file  of which some of the options are; may be null
+void apply(const std::vector<Group>& groups, const Given& given, const SpecFile* file, Options& options) {
+  const auto read = [file](Setting& s, const std::string& value) {
+    try {
+      parse(s, value);
+    } catch (const Error& error) {
+      if (!file || !file->entries.contains(s.name)) throw;
+      throw Error(error.code(), file->place(s.name) + error.what());
+    }
+  };
   for (const Group& group : groups)
     for (Setting s : group.settings) {
       s.name = long_name(s);
@@ -726,7 +806,7 @@ void apply(const std::vector<Group>& groups, const Given& given, Options& option
       if (found == given.end() || s.name == "help") continue;
       if (!s.also.empty() && given.contains(s.also))
         usage_error("Give either --" + std::min(s.name, s.also) + " or --" + std::max(s.name, s.also) + ", not both.");
-      for (const std::string& value : found->second) parse(s, value);
+      for (const std::string& value : found->second) read(s, value);
     }
   for (const Group& group : groups) check(group.settings);
   if (options.hollow.bounds != SegmentBounds::paper) return;
@@ -942,7 +1022,7 @@ void refuse_overwriting(const Options& options) {
     std::error_code ignored;
     return !a.empty() && !b.empty() && (std::filesystem::equivalent(a, b, ignored) || a.lexically_normal() == b.lexically_normal());
   };
-  std::vector<std::filesystem::path> read = {options.input, options.original};
+  std::vector<std::filesystem::path> read = {options.input, options.original, options.spec_file};
   for (const FixedFile& file : options.fixed) read.push_back(file.path);
   read.insert(read.end(), options.deform_fixed.begin(), options.deform_fixed.end());
   const std::vector<std::filesystem::path> written = options.meshes();
@@ -958,8 +1038,8 @@ void refuse_overwriting(const Options& options) {
     meshes.insert(meshes.end(), written.begin(), written.end());
     for (const auto& mesh : meshes)
       if (same(text, mesh))
-        usage_error("The " + std::string(name) + " '" + text.string() + "' would overwrite a mesh: choose another name with --" +
-                    name + ".");
+        usage_error("The " + std::string(name) + " '" + text.string() + "' would overwrite " +
+                    (same(mesh, options.spec_file) ? "what is read" : "a mesh") + ": choose another name with --" + name + ".");
     for (const auto& [other, path] : texts)
       if (name != other && same(text, path)) usage_error("--" + std::string(name) + " and --" + other + " name the same file.");
   }
@@ -1077,18 +1157,11 @@ std::string printable(const std::string& text) {
 }
 
 std::vector<std::string> suggested(int argc, const char* const* argv, const Suggestion& suggestion) {
-  // An option and those that say the same in other words, or belong to it.
-  static const std::map<std::string, std::set<std::string>> replaces = {{"waterline", {"--waterline", "--submerged"}},
-                                                                        {"material", {"--density", "--material"}},
-                                                                        {"up", {"--up", "--axis", "--max-tilt"}}};
   std::set<std::string> gone{"--allow"};
   std::vector<std::string> more;
   for (const auto& [name, value] : suggestion.options) {
-    const auto found = replaces.find(name);
-    if (found != replaces.end())
-      gone.insert(found->second.begin(), found->second.end());
-    else
-      gone.insert("--" + name);
+    gone.insert("--" + name);
+    for (const std::string& other : replaced_by(name)) gone.insert("--" + other);
     more.push_back("--" + name);
     if (!value.empty()) more.push_back(value);
   }
@@ -1195,13 +1268,39 @@ Options parse_sweep(int argc, const char* const* argv, const Syntax& syntax) {
     options.text = help_text(syntax);
     return options;
   }
-  apply(groups, given, options);
+  apply(groups, given, nullptr, options);
   if (words.meshes.empty()) usage_error("Name the meshes: rayrep sweep " + word + " MESH ... --vary NAME=VALUES.");
   if (options.vary.empty()) usage_error("Say what is varied: --vary wall=0.8,1.2.");
   std::vector<Varied> varied;
   for (const std::string& text : options.vary) varied.push_back(parse_varied(text));
   options.sweep = sweep({"", word, "", words.options}, words.meshes, varied);
   return options;
+}
+
+/// All options as given, read and checked.
+/// @param file  of which some of them are; may be null
+void take(const Given& given, const Syntax& syntax, const SpecFile* file, Options& options) {
+  if (!given.contains("input") || given.at("input").front().empty())
+    usage_error("Name the mesh: rayrep " + syntax.word + " MESH" +
+                (options.spec_file.empty() ? "." : ", or in '" + options.spec_file.string() + "' as \"mesh\"."));
+  options.input = given.at("input").front();
+  if (syntax.command == Command::verify) {
+    if (given.contains("goal")) options.goal = given.at("goal").front();
+    options.spec = goal_named(options.goal).spec;
+    refuse_other_goals(given, syntax, options);
+  }
+  const std::vector<Group> groups = groups_of(syntax, options);
+  apply(groups, given, file, options);
+  options.density_given = given.contains("density") || given.contains("material");
+  check_print(given, options);
+  choose_infill(given, options);
+  check_spec(options);
+  check_each(options);
+  choose_output(options);
+  choose_batch(options);
+  check_slicer(given, options);
+  note_in_force(groups, options);
+  refuse_overwriting(options);
 }
 
 }  // namespace
@@ -1217,31 +1316,19 @@ Options parse_command_line(int argc, const char* const* argv) {
   const Syntax& syntax = syntax_of(word);
   if (syntax.command == Command::sweep) return parse_sweep(argc, argv, syntax);
   Options options = defaults_of(syntax);
-  const Given given = split(argc, argv, groups_of_all_goals(syntax, options));
+  Given given = split(argc, argv, groups_of_all_goals(syntax, options));
   if (given.contains("help")) {
     options.command = Command::text;
     options.text = help_text(syntax);
     return options;
   }
-  if (!given.contains("input") || given.at("input").front().empty()) usage_error("Name the mesh: rayrep " + word + " MESH.");
-  options.input = given.at("input").front();
-  if (syntax.command == Command::verify) {
-    if (given.contains("goal")) options.goal = given.at("goal").front();
-    options.spec = goal_named(options.goal).spec;
-    refuse_other_goals(given, syntax, options);
+  const std::optional<SpecFile> file = add_spec_file(groups_of_all_goals(syntax, options), given, options);
+  try {
+    take(given, syntax, file ? &*file : nullptr, options);
+  } catch (const Error& error) {
+    if (!file || error.code() != ErrorCode::usage) throw;
+    throw Error(ErrorCode::usage, placed(error.what(), *file));
   }
-  const std::vector<Group> groups = groups_of(syntax, options);
-  apply(groups, given, options);
-  options.density_given = given.contains("density") || given.contains("material");
-  check_print(given, options);
-  choose_infill(given, options);
-  check_spec(options);
-  check_each(options);
-  choose_output(options);
-  choose_batch(options);
-  check_slicer(given, options);
-  note_in_force(groups, options);
-  refuse_overwriting(options);
   return options;
 }
 

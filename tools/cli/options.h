@@ -47,6 +47,7 @@ struct Options {
   std::string text;  ///< of Command::text: help, version, man page, completion
 
   std::filesystem::path input;
+  std::filesystem::path spec_file;                        ///< of settings that the command line does not have; empty: none
   std::size_t memory_bytes = ReadOptions{}.memory_bytes;  ///< to read a mesh
   LengthUnit unit = LengthUnit::millimetre;
   std::optional<double> size_mm;  ///< longest side

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "rayrep/base/setting.h"
+
+namespace rayrep::tool {
+
+/// Settings from a JSON file, as the texts that a command line would have for them.
+struct SpecFile {
+  struct Entry {
+    std::vector<std::string> texts;  ///< one for each time it is given; of a switch one that is empty
+    int line = 0;
+  };
+  std::filesystem::path path;
+  std::map<std::string, Entry> entries;  ///< by the settings' names; the mesh under "mesh"
+
+  /// "FILE, line 3: ".
+  std::string place(const std::string& name) const;
+};
+
+/// Reads an object whose names are those of the settings: numbers, texts, true for a switch; a list of numbers for a point, a list
+/// of such values where a setting may be given several times; an object for a list of names with numbers. What says null or false
+/// is not given. Files that it names lie beside it.
+/// @param known  by their long names. @throws Error{usage} with the line, Error{input} when it cannot be read
+SpecFile read_spec_file(const std::filesystem::path& path, const Settings& known);
+
+}  // namespace rayrep::tool
