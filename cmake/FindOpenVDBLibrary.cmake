@@ -10,8 +10,19 @@ find_library(OpenVDB_LIBRARY openvdb)
 find_library(Imath_LIBRARY NAMES Imath-3_1 Imath)
 mark_as_advanced(OpenVDB_INCLUDE_DIR OpenVDB_LIBRARY Imath_LIBRARY)
 
+set(OpenVDBLibrary_VERSION)
+if(OpenVDB_INCLUDE_DIR)
+  foreach(part MAJOR MINOR PATCH)
+    file(STRINGS "${OpenVDB_INCLUDE_DIR}/openvdb/version.h" line REGEX "define OPENVDB_LIBRARY_${part}_VERSION_NUMBER ")
+    string(REGEX MATCH "[0-9]+" number "${line}")
+    list(APPEND OpenVDBLibrary_VERSION "${number}")
+  endforeach()
+  list(JOIN OpenVDBLibrary_VERSION . OpenVDBLibrary_VERSION)
+endif()
+
 include(FindPackageHandleStandardArgs)
-find_package_handle_standard_args(OpenVDBLibrary REQUIRED_VARS OpenVDB_LIBRARY OpenVDB_INCLUDE_DIR Imath_LIBRARY)
+find_package_handle_standard_args(OpenVDBLibrary REQUIRED_VARS OpenVDB_LIBRARY OpenVDB_INCLUDE_DIR Imath_LIBRARY
+                                  VERSION_VAR OpenVDBLibrary_VERSION)
 
 if(OpenVDBLibrary_FOUND AND NOT TARGET OpenVDB::openvdb)
   add_library(OpenVDB::openvdb UNKNOWN IMPORTED)

@@ -1,5 +1,6 @@
-# `cmake --install`: the library with its CMake package, the headers, the command and its man page.
+# `cmake --install`: the library with its CMake package and headers, the command with its man page and completion.
 include(CMakePackageConfigHelpers)
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME development)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/rayrep)
 
 install(TARGETS rayrep EXPORT rayrep-targets)
@@ -16,7 +17,11 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/rayrep-config.cmake ${CMAKE_CURRENT_BI
 if(RAYREP_BUILD_TOOLS)
   # Only matters for a shared librayrep.
   set_target_properties(rayrep_tool PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}")
-  install(TARGETS rayrep_tool)
-  install(FILES ${PROJECT_BINARY_DIR}/rayrep.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+  install(TARGETS rayrep_tool COMPONENT command)
+  install(FILES ${PROJECT_BINARY_DIR}/rayrep.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT command)
+  install(FILES ${PROJECT_BINARY_DIR}/rayrep.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME rayrep
+          COMPONENT command)
+  install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/rayrep RENAME copyright COMPONENT command)
 endif()
-install(FILES LICENSE CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/librayrep-dev RENAME copyright)
+install(FILES CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/librayrep-dev)

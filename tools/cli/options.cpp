@@ -997,7 +997,7 @@ const Syntax& syntax_of(const std::string& word) {
 std::optional<std::string> text_for(const std::string& word, const std::string& second) {
   if (word == "--help" || word == "-h" || (word == "help" && second.empty())) return overview();
   if (word == "help") return help_text(syntax_of(second));
-  if (word == "--version" || word == "version") return "rayrep " + version() + "\n";
+  if (word == "--version" || word == "version") return "rayrep " + version() + "\nbuilt with " RAYREP_LIBRARIES "\n";
   if (word == "--man") return man_page();
   if (word == "--completion") return bash_completion();
   return std::nullopt;

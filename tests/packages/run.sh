@@ -1,0 +1,34 @@
+#!/bin/sh
+# Builds the Debian packages and installs and runs them on a bare Debian 12 (debootstrap, as root; some minutes, 1 GB in TMPDIR).
+#
+#   tests/packages/run.sh [FOLDER]    keeps the packages in FOLDER
+set -eu
+root=$(cd "$(dirname "$0")/../.." && pwd)
+place=$(mktemp -d)
+trap 'umount -q "$place/bare/proc" || true; rm -rf "$place"' EXIT
+trap 'exit 130' INT TERM
+
+cmake --preset release -S "$root" >&2
+cmake --build "$root/build/release" -j "$(nproc)" >&2
+(cd "$root/build/release" && cpack -G DEB -B "$place/packages" >&2)
+ls -l "$place"/packages/*.deb
+if [ $# -gt 0 ]; then mkdir -p "$1" && cp "$place"/packages/*.deb "$1"; fi
+
+echo "== a bare Debian 12"
+debootstrap --variant=minbase bookworm "$place/bare" >&2
+mount -t proc proc "$place/bare/proc"
+cp "$place"/packages/*.deb "$place/bare/tmp"
+cp "$root/examples/duck.stl" "$place/bare/tmp"
+cp -r "$root/tests/consumer" "$place/bare/tmp/consumer"
+within() { DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8 chroot "$place/bare" "$@"; }
+within sh -c 'apt-get -qq update && apt-get -qq install -y --no-install-recommends /tmp/rayrep_*.deb >/dev/null'
+within rayrep --version
+within sh -c 'cd /tmp && rayrep float duck.stl --resolution 60 | tail -n 3 && rayrep verify duck_float.stl --original duck.stl --quiet'
+within sh -c 'test -s /usr/share/man/man1/rayrep.1.gz && test -s /usr/share/bash-completion/completions/rayrep'
+
+echo "== a program that is built with librayrep-dev"
+within sh -c 'apt-get -qq install -y --no-install-recommends /tmp/librayrep-dev_*.deb cmake g++ make >/dev/null'
+within sh -c 'cmake -S /tmp/consumer -B /tmp/built >/dev/null && cmake --build /tmp/built >/dev/null && /tmp/built/consumer'
+echo "== removed again"
+within sh -c 'apt-get -qq purge -y rayrep librayrep-dev >/dev/null && ! test -e /usr/bin/rayrep && ! test -e /usr/include/rayrep'
+echo "ok"
