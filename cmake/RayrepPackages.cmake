@@ -16,7 +16,7 @@ set(CPACK_DEBIAN_COMMAND_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_COMMAND_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS prusa-slicer)
 set(CPACK_COMPONENT_COMMAND_DESCRIPTION
-    "decides what is inside a 3D print\n Computes the inside of a closed mesh, cavities, infill or heavier cores, such that the print floats\n upright at a chosen waterline, spins stably, stands, or has the mass, centre of mass and inertia of a\n model, proves how good the result is, and writes what a slicer prints.")
+    "decides what is inside a 3D print\n Computes the inside of a closed mesh, cavities, infill or heavier cores, such\n that the print floats upright at a chosen waterline, spins stably, stands, or\n has the mass, centre of mass and inertia of a model, proves how good the\n result is, and writes what a slicer prints.")
 
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME librayrep-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
@@ -24,5 +24,5 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
     "libeigen3-dev, libtbb-dev, libembree-dev, libopenvdb-dev, coinor-libipopt-dev, libboost-dev, libzip-dev, libpng-dev, libpugixml-dev, pkg-config")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
-    "rayrep as a C++ library\n Static library, headers and CMake package: find_package(rayrep), rayrep::rayrep.")
+    "rayrep as a C++ library\n Static library, headers and CMake package: find_package(rayrep) gives the\n target rayrep::rayrep.")
 include(CPack)

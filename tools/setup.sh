@@ -12,7 +12,7 @@ library_packages="libeigen3-dev libtbb-dev libembree-dev libopenvdb-dev coinor-l
 # MuJoCo, PrusaSlicer and Slic3r are asked what they make of delivered files; without them these tests are skipped;
 # Slurm and GNU parallel run shards of a batch.
 test_packages="libgtest-dev libgmock-dev clang-format-14 libmujoco-dev prusa-slicer slic3r
-  python3 slurm-wlm munge parallel"
+  python3 python3-jsonschema slurm-wlm munge parallel"
 
 say() { echo "setup: $*" >&2; }
 

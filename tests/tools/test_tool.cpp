@@ -451,7 +451,7 @@ TEST_F(Tool, ASpecFileSaysWhatTheCommandLineDoes) {
   "stand": ["z", [0, -1, 0]], "hang": "20,15.5,30:z",
   "resolution": 30, "wall": 2.0, "suggest": false })");
   EXPECT_EQ(result_of("pose there/spec.json"), by_words);
-  EXPECT_EQ(result_of("pose there/block.obj --spec there/spec.json"), by_words);
+  EXPECT_EQ(result_of("pose there/block.obj --config there/spec.json"), by_words);
   // The command line goes before: a list as a whole, and the same thing in other words.
   EXPECT_EQ(result_of("pose there/spec.json --wall 3"),
             result_of("pose there/block.obj --stand z --stand 0,-1,0 --hang 20,15.5,30:z --resolution 30 --wall 3"));
@@ -463,6 +463,11 @@ TEST_F(Tool, ASpecFileSaysWhatTheCommandLineDoes) {
   write(R"({ "mesh": "block.obj", "resolution": 30, "com": [20, 15, null], "at-least": { "mass": 20, "com_z": 9 } })");
   EXPECT_EQ(result_of("target there/spec.json"),
             result_of("target there/block.obj --resolution 30 --com 20,15,- --at-least mass=20,com_z=9"));
+  // What is said once can be said again.
+  const std::string said = "pose there/block.obj --stand z --stand 0,-1,0 --hang 20,15.5,30:z --resolution 30 --wall 2";
+  EXPECT_EQ(result_of(said + " --save-config there/saved.json"), by_words);
+  EXPECT_EQ(nlohmann::json::parse(text_of(folder_ / "there" / "saved.json"))["mesh"], "block.obj");
+  EXPECT_EQ(result_of("pose there/saved.json"), by_words);
   // Any command has it.
   write(R"({ "mesh": "block.obj", "density": 2 })");
   EXPECT_EQ(run("inspect there/spec.json").out, run("inspect there/block.obj --density 2").out);
@@ -470,10 +475,23 @@ TEST_F(Tool, ASpecFileSaysWhatTheCommandLineDoes) {
   EXPECT_EQ(run("verify there/spec.json").out, run("verify there/block.obj --goal stand --original there/block.obj").out);
 }
 
+TEST_F(Tool, JsonStandsAloneOnStandardOutput) {
+  const Run made = run("float egg.stl --resolution 30 --json --report r.json");
+  ASSERT_EQ(made.code, 0) << made.err;
+  auto printed = nlohmann::json::parse(made.out);
+  auto written = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_EQ(printed, written);
+  EXPECT_TRUE(printed["pass"].get<bool>());
+  const Run failed = run("verify egg.stl --goal float --json");
+  EXPECT_EQ(failed.code, 4);
+  EXPECT_FALSE(nlohmann::json::parse(failed.out)["pass"].get<bool>());
+  EXPECT_EQ(run("float egg.stl --each --json").code, 2);
+}
+
 TEST_F(Tool, ASpecFileIsToldWhereItIsWrong) {
   const auto told = [&](const std::string& text, const std::string& arguments = "") {
     std::ofstream(folder_ / "spec.json") << text;
-    const Run refused = run("pose egg.stl --spec spec.json --resolution 30 " + arguments);
+    const Run refused = run("pose egg.stl --config spec.json --resolution 30 " + arguments);
     EXPECT_EQ(refused.code, 2) << text;
     return refused.err;
   };
@@ -497,7 +515,7 @@ TEST_F(Tool, ASpecFileIsToldWhereItIsWrong) {
   EXPECT_TRUE(mentions(run("pose missing.json").err, {"Cannot read 'missing.json'"}));
   std::ofstream(folder_ / "spec.json") << "{ \"stand\": \"z\" }";
   EXPECT_TRUE(mentions(run("pose spec.json").err, {"Name the mesh", "\"mesh\""}));
-  EXPECT_TRUE(mentions(run("pose egg.stl --spec spec.json --report spec.json").err, {"would overwrite what is read"}));
+  EXPECT_TRUE(mentions(run("pose egg.stl --config spec.json --report spec.json").err, {"would overwrite what is read"}));
 }
 
 TEST_F(Tool, SpinTellsHowToVerifyIt) {

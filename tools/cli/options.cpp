@@ -299,7 +299,7 @@ Settings inertial_files(Options& options) {
 
 Settings common_rows(Options& options, bool with_report) {
   Settings rows = {
-      {.name = "spec",
+      {.name = "config",
        .value = "FILE",
        .words = "settings from a JSON file, or FILE.json in place of MESH",
        .details =
@@ -311,6 +311,12 @@ Settings common_rows(Options& options, bool with_report) {
            "fixed). What the command line says counts instead of what the file says.",
        .place = path_place(options.spec_file),
        .rare = options.goal != PoseSpec::kGoal},
+      {.name = "save-config",
+       .value = "FILE",
+       .words = "write what was said to a JSON file for --config",
+       .details = "The mesh and every option that the command line or --config has given, before the work begins.",
+       .place = path_place(options.saved_config),
+       .rare = true},
       {.name = "report",
        .value = "FILE",
        .words = "write everything to a JSON file",
@@ -318,6 +324,12 @@ Settings common_rows(Options& options, bool with_report) {
            "Input, options, before, after, criteria with value, limit and pass, solver, timings, peak memory, version. It is "
            "written whenever there is a verdict, also one that fails; not when a goal is refused before.",
        .place = path_place(options.report)},
+      {.name = "json",
+       .value = "",
+       .words = "the same on standard output, and nothing else there",
+       .details = "Its form: docs/report.schema.json.",
+       .place = &options.json,
+       .rare = true},
       {.name = "quiet,q",
        .value = "",
        .words = "no summary, no progress",
@@ -345,7 +357,7 @@ Settings common_rows(Options& options, bool with_report) {
                           [&options] { return options.threads ? std::to_string(options.threads) : std::string("all"); }},
        .rare = true},
       {.name = "help,h", .value = "", .words = "this text", .details = "", .place = TextPlace{}}};
-  if (!with_report) std::erase_if(rows, [](const Setting& s) { return s.name == "report"; });
+  if (!with_report) std::erase_if(rows, [](const Setting& s) { return s.name == "report" || s.name == "json"; });
   return rows;
 }
 
@@ -615,7 +627,7 @@ std::vector<Group> batch_groups(Options& options) {
        .details = "With everything done already that is all that happens.",
        .place = path_place(batch.summary)}};
   Settings rest = common_rows(options, false);
-  std::erase_if(rest, [](const Setting& s) { return s.name == "threads" || s.name == "spec"; });
+  std::erase_if(rest, [](const Setting& s) { return s.name == "threads" || s.name == "config" || s.name == "save-config"; });
   return {{"Running jobs", running}, {"Output", rest}};
 }
 
@@ -716,17 +728,17 @@ std::optional<SpecFile> add_spec_file(const std::vector<Group>& groups, Given& g
   const auto ends_in_json = [](const std::string& name) { return std::filesystem::path(name).extension() == ".json"; };
   const auto input = given.find("input");
   if (input != given.end() && ends_in_json(input->second.front())) {
-    if (given.contains("spec")) usage_error("There are two files of settings: '" + input->second.front() + "' and --spec.");
-    given["spec"] = input->second;
+    if (given.contains("config")) usage_error("There are two files of settings: '" + input->second.front() + "' and --config.");
+    given["config"] = input->second;
     given.erase(input);
   }
-  if (!given.contains("spec")) return std::nullopt;
-  options.spec_file = given.at("spec").front();
+  if (!given.contains("config")) return std::nullopt;
+  options.spec_file = given.at("config").front();
   Settings known;
   for (const Group& group : groups)
     for (Setting s : group.settings) {
       s.name = long_name(s);
-      if (s.name != "spec" && s.name != "help") known.push_back(std::move(s));
+      if (s.name != "config" && s.name != "help") known.push_back(std::move(s));
     }
   SpecFile file = read_spec_file(options.spec_file, known);
   std::set<std::string> said;
@@ -740,6 +752,19 @@ std::optional<SpecFile> add_spec_file(const std::vector<Group>& groups, Given& g
   }
   std::erase_if(file.entries, [&](const auto& entry) { return said.contains(entry.first == "mesh" ? "input" : entry.first); });
   return file;
+}
+
+/// What was said, as a file of settings.
+void note_config(const std::vector<Group>& groups, const Given& given, Options& options) {
+  if (options.saved_config.empty()) return;
+  static const std::set<std::string> kNotSaved = {"config", "save-config", "help", "input"};
+  std::map<std::string, std::vector<std::string>> said{{"mesh", {options.input.string()}}};
+  for (const Group& group : groups)
+    for (const Setting& s : group.settings)
+      if (const auto found = given.find(long_name(s)); found != given.end() && !kNotSaved.contains(found->first))
+        said[found->first] = found->second;
+  if (options.command == Command::verify) said["goal"] = {options.goal};
+  options.config = spec_file_text(said, options.saved_config);
 }
 
 /// A complaint of options with the place of the first that is from a file.
@@ -848,6 +873,7 @@ void check_print(const Given& given, Options& options) {
 void check_each(const Options& options) {
   if (!options.each) return;
   if (!options.fixed.empty()) usage_error("--fixed does not say which body it is in: save each as a file of its own.");
+  if (options.json) usage_error("--json is for one body: --report FILE.json writes FILE-1.json, FILE-2.json ...");
   if (options.rigid) usage_error("--rigid makes one body of all, --each treats them one by one: give either.");
   if (!options.allow.empty())
     usage_error("--allow is for one body: save each as a file of its own, or leave --each or --allow out.");
@@ -1031,8 +1057,11 @@ void refuse_overwriting(const Options& options) {
       if (same(output, input))
         usage_error("The output '" + output.string() + "' is " + (input == options.input ? "the input itself" : "read, too") +
                     ": choose another name with --output.");
-  const std::pair<const char*, std::filesystem::path> texts[] = {
-      {"report", options.report}, {"urdf", options.urdf}, {"mjcf", options.mjcf}, {"gcode", options.gcode}};
+  const std::pair<const char*, std::filesystem::path> texts[] = {{"report", options.report},
+                                                                 {"urdf", options.urdf},
+                                                                 {"mjcf", options.mjcf},
+                                                                 {"gcode", options.gcode},
+                                                                 {"save-config", options.saved_config}};
   for (const auto& [name, text] : texts) {
     std::vector<std::filesystem::path> meshes = read;
     meshes.insert(meshes.end(), written.begin(), written.end());
@@ -1299,7 +1328,9 @@ void take(const Given& given, const Syntax& syntax, const SpecFile* file, Option
   choose_output(options);
   choose_batch(options);
   check_slicer(given, options);
+  if (options.command == Command::hollow || options.command == Command::verify) options.quiet = options.quiet || options.json;
   note_in_force(groups, options);
+  note_config(groups, given, options);
   refuse_overwriting(options);
 }
 

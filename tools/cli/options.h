@@ -48,6 +48,8 @@ struct Options {
 
   std::filesystem::path input;
   std::filesystem::path spec_file;                        ///< of settings that the command line does not have; empty: none
+  std::filesystem::path saved_config;                     ///< gets what was said; empty: none
+  std::string config;                                     ///< that
   std::size_t memory_bytes = ReadOptions{}.memory_bytes;  ///< to read a mesh
   LengthUnit unit = LengthUnit::millimetre;
   std::optional<double> size_mm;  ///< longest side

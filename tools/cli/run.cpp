@@ -138,6 +138,7 @@ void refuse_unusable(const ReadMesh& mesh) {
 }
 
 void write_report(const Options& options, const RunReport& report) {
+  if (options.json) std::cout << to_json(report);
   if (options.report.empty()) return;
   std::cout.flush();  // what was said before comes first where the report goes the same way
   write_text_file(options.report, to_json(report));
@@ -187,7 +188,7 @@ void refuse_loose_bodies(const Options& options, ReadMesh& mesh, const Progress&
 void require_outputs(const Options& options) {
   constexpr std::int64_t kOld_s = 3600;
   std::vector<std::filesystem::path> files = options.meshes();
-  for (const auto& text : {options.report, options.urdf, options.mjcf, options.gcode})
+  for (const auto& text : {options.report, options.urdf, options.mjcf, options.gcode, options.saved_config})
     if (!text.empty() && !is_stream(text)) files.push_back(text);
   for (const auto& file : files) {
     require_writable(file);
@@ -640,6 +641,7 @@ Advice advise(const Options& options, const std::function<bool()>& cancelled, co
 void run(const Options& options, const std::function<bool()>& cancelled) {
   const auto limit = limit_threads(options);
   if (!options.each) require_outputs(options);
+  if (!options.saved_config.empty()) write_text_file(options.saved_config, options.config);
   Stages stages(options);
   Progress progress;
   progress.stage = [&stages](std::string_view name) { stages.begin(name); };

@@ -111,7 +111,33 @@ bool names_a_file(const std::string& name) {
   return all.contains(name);
 }
 
+/// A value, a number where it reads as one again.
+nlohmann::ordered_json value_of(const std::string& text) {
+  if (text.empty()) return true;
+  const json number = json::parse(text, nullptr, false);
+  if (number.is_number() && number.dump() == text) return number;
+  return text;
+}
+
+/// "FILE" or "FILE=G_CM3" as it is from a folder.
+std::string from_folder(const std::string& text, const std::filesystem::path& folder) {
+  std::error_code error;
+  const std::filesystem::path relative = std::filesystem::relative(text, folder, error);
+  return error || relative.empty() ? std::filesystem::absolute(text).string() : relative.string();
+}
+
 }  // namespace
+
+std::string spec_file_text(const std::map<std::string, std::vector<std::string>>& said, const std::filesystem::path& path) {
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+  nlohmann::ordered_json object = nlohmann::ordered_json::object();
+  for (const auto& [name, texts] : said) {
+    nlohmann::ordered_json values = nlohmann::ordered_json::array();
+    for (const std::string& text : texts) values.push_back(value_of(names_a_file(name) ? from_folder(text, folder) : text));
+    object[name] = values.size() == 1 ? values[0] : values;
+  }
+  return object.dump(2) + "\n";
+}
 
 std::string SpecFile::place(const std::string& name) const {
   return path.string() + ", line " + std::to_string(entries.at(name).line) + ": ";

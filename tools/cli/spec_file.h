@@ -28,4 +28,7 @@ struct SpecFile {
 /// @param known  by their long names. @throws Error{usage} with the line, Error{input} when it cannot be read
 SpecFile read_spec_file(const std::filesystem::path& path, const Settings& known);
 
+/// The text of such a file. @param path  where it will be: files that it names are told from there
+std::string spec_file_text(const std::map<std::string, std::vector<std::string>>& said, const std::filesystem::path& path);
+
 }  // namespace rayrep::tool

@@ -1,0 +1,54 @@
+#!/usr/bin/python3
+"""Every kind of JSON that the command writes against docs/report.schema.json: tests/schema/run.py RAYREP (package python3-jsonschema)."""
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = ROOT / "examples"
+RUNS = [
+    ("float", "duck.stl", "--resolution", "40"), ("float", "duck.stl", "--resolution", "40", "--infill", "15", "--phases", "-o", "sparse.3mf"),
+    ("spin", "bird.stl", "--resolution", "40", "--certify"), ("spin", "heart.stl", "--yoyo", "--up", "y", "--resolution", "40"),
+    ("spin", "sumo.stl", "--core-material", "tin", "--resolution", "40"), ("stand", "teapot.stl", "--resolution", "40"),
+    ("stand", "couple.stl", "--deform-limit", "3", "--resolution", "40"), ("stand", "heart.stl", "--balls", "2", "--resolution", "40"),
+    ("target", "teapot.stl", "--minimise", "mass", "--resolution", "40"), ("pose", "die.stl", "--stand", "z", "--stand", "x", "--resolution", "40"),
+    ("dice", "die.stl", "--resolution", "40"), ("verify", "duck.stl", "--goal", "float"), ("inspect", "duck.stl"),
+    ("float", "duck.stl", "--resolution", "40", "--waterline", "2", "--allow", "waterline"),
+]
+
+
+def main():
+    try:
+        import jsonschema
+    except ImportError:
+        print("skipped: there is no python3-jsonschema")
+        return 0
+    schema = json.loads((ROOT / "docs/report.schema.json").read_text())
+    jsonschema.Draft202012Validator.check_schema(schema)
+    failed = 0
+    for command, mesh, *more in RUNS:
+        with tempfile.TemporaryDirectory() as folder:
+            ended = subprocess.run([sys.argv[1], command, str(EXAMPLES / mesh), *more, "--json"], cwd=folder, capture_output=True, text=True)
+        words = " ".join((command, mesh, *more))
+        kind = command if command in ("inspect", "measure") else "run"
+        try:
+            report = json.loads(ended.stdout)
+        except ValueError:
+            print("FAILED  %s: no JSON, exit code %d: %s" % (words, ended.returncode, ended.stderr[-300:]))
+            failed += 1
+            continue
+        errors = list(jsonschema.Draft202012Validator({"$ref": "#/$defs/" + kind, "$defs": schema["$defs"]}).iter_errors(report))
+        # A schema that lets everything pass is none.
+        report["another"] = 1
+        loose = jsonschema.Draft202012Validator({"$ref": "#/$defs/" + kind, "$defs": schema["$defs"]}).is_valid(report)
+        print(("FAILED  " if errors or loose else "ok      ") + words)
+        for error in errors[:5]:
+            print("        %s: %s" % ("/".join(map(str, error.absolute_path)), error.message[:200]))
+        failed += bool(errors or loose)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
