@@ -46,8 +46,8 @@ const std::map<std::string, std::set<std::string>> kThirdParty = {
     {"pugixml.hpp", {"mesh_io_3mf"}},
     {"zip.h", {"archive"}},
     {"png.h", {"png_rows"}},
-    {"nlohmann/", {"json"}},
-    {"fmt/", {"text"}},
+    {"nlohmann/", {"json", "html"}},
+    {"fmt/", {"text", "words"}},
     {"boost/", {}},
 };
 

@@ -53,4 +53,5 @@
 #include "rayrep/advice/suggest.h"           // what would do when a goal is out of reach
 
 #include "rayrep/report/report.h"            // JSON and text
+#include "rayrep/report/html.h"              // a page with the bodies in 3D
 // clang-format on

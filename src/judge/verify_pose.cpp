@@ -137,13 +137,36 @@ Figures figures_of(const Judged& judged, const MassProperties& body) {
   return figures;
 }
 
+const char* name_of(Pose::Kind kind) {
+  switch (kind) {
+    case Pose::Kind::stands:
+      return "stands";
+    case Pose::Kind::hangs:
+      return "hangs";
+    case Pose::Kind::floats:
+      return "floats";
+    case Pose::Kind::rights:
+      break;
+  }
+  return "rights itself";
+}
+
 /// For JSON.
 std::vector<Record> records(const PoseSpec& spec) {
   std::vector<Record> all;
   for (const Pose& pose : spec.poses) {
     const Eigen::Vector3d up = pose.up_or(spec.up);
-    Record record = {{"words", words_of(pose, spec.up)}, {"up_x", up.x()}, {"up_y", up.y()}, {"up_z", up.z()}};
+    Record record = {{"words", words_of(pose, spec.up)},
+                     {"kind", std::string(name_of(pose.kind))},
+                     {"up_x", up.x()},
+                     {"up_y", up.y()},
+                     {"up_z", up.z()}};
     if (pose.waterline_mm) record.emplace_back("waterline_mm", *pose.waterline_mm);
+    if (pose.kind == Pose::Kind::hangs) {
+      record.emplace_back("point_x_mm", pose.point_mm.x());
+      record.emplace_back("point_y_mm", pose.point_mm.y());
+      record.emplace_back("point_z_mm", pose.point_mm.z());
+    }
     all.push_back(std::move(record));
   }
   return all;

@@ -3,25 +3,19 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <numbers>
 
 #include "rayrep/report/report.h"
+#include "report/words.h"
 
 namespace rayrep {
 namespace {
+
+using namespace report_detail;
 
 /// printf's patterns in no locale.
 template <typename... Arguments>
 std::string format(const char* pattern, const Arguments&... arguments) {
   return fmt::sprintf(pattern, arguments...);
-}
-
-double degrees(double rad) { return rad * 180 / std::numbers::pi; }
-
-bool is_angle(const Criterion& c) { return c.description.ends_with(", rad"); }
-
-std::string words_of(const Criterion& c) {
-  return is_angle(c) ? c.description.substr(0, c.description.size() - 3) + "degrees" : c.description;
 }
 
 /// Broken before the width of a terminal.
@@ -43,16 +37,6 @@ std::string wrapped(const std::string& text) {
   return out + "\n";
 }
 
-/// A value for people: few digits, and words for what has no number.
-std::string value_text(const Criterion& c, double value) {
-  if (!std::isfinite(value)) return "-";
-  if (is_angle(c)) return format("%.4f", degrees(value));
-  if (c.name == "trapped_resin") return format("%.2f", value);
-  if (c.name == "wall" || c.name == "fairness" || c.name.ends_with("metacentric_height")) return format("%.3f", value);
-  if (value == std::round(value) && std::abs(value) < 1e6) return format("%.0f", value);
-  return format("%.2e", value);
-}
-
 std::string input_text(const InputSummary& input) {
   const std::string name = input.body > 0 ? format("%s, body %zu of %zu", input.path, input.body, input.bodies) : input.path;
   std::string text =
@@ -66,92 +50,16 @@ std::string input_text(const InputSummary& input) {
   return text;
 }
 
-/// A figure as a table shows it.
-std::string cell(const Figure& figure, double value) {
-  if (!std::isfinite(value)) return figure.none;
-  if (figure.unit == Unit::rad) value = degrees(value);
-  return figure.significant ? format("%.*g", figure.digits, value) : format("%.*f", figure.digits, value);
-}
-
-std::string cell(const Figure& figure) {
-  if (const double* value = std::get_if<double>(&figure.value)) return cell(figure, *value);
-  if (const std::string* text = std::get_if<std::string>(&figure.value)) return *text;
-  return figure.none;
-}
-
-const char* unit_words(Unit unit) {
-  static constexpr const char* kWords[] = {"",    ", mm",    ", mm2",   ", mm3",     ", mm4",
-                                           ", g", ", g/cm3", ", g mm2", ", degrees", ", rpm"};
-  return kWords[static_cast<std::size_t>(unit)];
-}
-
-/// The figures of a body, beside those of the solid it was made from when there is one: a table, then what has a line of its own.
-class Table {
-public:
-  explicit Table(bool with_before) : with_before_(with_before) {
-    if (with_before_) row("", "before (solid)", "after");
-  }
-
-  void add(const Figure* before, const Figure& after) {
-    if (after.words.empty()) return;
-    if (after.unit == Unit::rpm)
-      add_lines(before, after);
-    else if (const auto* list = std::get_if<std::vector<double>>(&after.value))
-      add_list(before, after, *list);
-    else if (const auto* record = std::get_if<Record>(&after.value))
-      add_record(before, after, *record);
-    else
-      row(after.words + unit_words(after.unit), before ? cell(*before) : "", cell(after));
-  }
-
-  std::string text() const { return table_ + lines_ + "\n"; }
-
-private:
-  void row(const std::string& name, const std::string& before, const std::string& after) {
-    table_ += with_before_ ? format("  %-44s %14s %14s\n", name, before, after) : format("  %-44s %14s\n", name, after);
-  }
-  void add_lines(const Figure* before, const Figure& after) {
-    if (before) lines_ += "  " + after.words + " before" + unit_words(after.unit) + ": " + cell(*before) + "\n";
-    lines_ += "  " + after.words + (before ? " after" : "") + unit_words(after.unit) + ": " + cell(after) + "\n";
-  }
-  /// One row an entry, where both have as many and they are few. A report lists all of them.
-  void add_list(const Figure* before, const Figure& after, const std::vector<double>& list) {
-    constexpr std::size_t few = 12;
-    const auto* other = before ? std::get_if<std::vector<double>>(&before->value) : &list;
-    if (!other || other->size() != list.size() || list.size() > few) return;
-    for (std::size_t n = 0; n < list.size(); ++n)
-      row(after.words + " " + std::to_string(n + 1), cell(after, (*other)[n]), cell(after, list[n]));
-  }
-
-  /// One row an entry, beside the entry of that name.
-  void add_record(const Figure* before, const Figure& after, const Record& record) {
-    const auto* other = before ? std::get_if<Record>(&before->value) : nullptr;
-    const auto text = [&after](const Scalar& value) {
-      const double* number = std::get_if<double>(&value);
-      return number ? cell(after, *number) : after.none;
-    };
-    for (const auto& [name, value] : record) {
-      const auto same = [&name = name](const auto& entry) { return entry.first == name; };
-      const auto found = other ? std::find_if(other->begin(), other->end(), same) : record.end();
-      row(after.words + " " + name, other && found != other->end() ? text(found->second) : after.none, text(value));
-    }
-    if (!other) return;
-    for (const auto& [name, value] : *other) {
-      const auto same = [&name = name](const auto& entry) { return entry.first == name; };
-      if (std::none_of(record.begin(), record.end(), same)) row(after.words + " " + name, text(value), after.none);
-    }
-  }
-
-  bool with_before_;
-  std::string table_;
-  std::string lines_;
-};
-
 std::string figures_text(const Figures* before, const Figures& after) {
-  Table table(before != nullptr);
-  for (std::size_t n = 0; n < after.size(); ++n)  // what a verdict alone finds comes last
-    table.add(before && n < before->size() ? &(*before)[n] : nullptr, after[n]);
-  return table.text();
+  const Rows rows = rows_of(before, after);
+  std::string text;
+  const auto row = [&](const Row& r) {
+    text += before ? format("  %-44s %14s %14s\n", r.words, r.before, r.after) : format("  %-44s %14s\n", r.words, r.after);
+  };
+  if (before) row({"", "before (solid)", "after"});
+  for (const Row& r : rows.table) row(r);
+  for (const Row& r : rows.lines) text += "  " + r.words + ": " + r.after + "\n";
+  return text + "\n";
 }
 
 /// Verdict per criterion, and notes.
@@ -167,12 +75,7 @@ std::string criteria_text(const Verdict& verdict) {
 /// What came of the making beside the figures.
 std::string making_text(const HollowResult& hollow) {
   std::string text;
-  if (hollow.cast.bad > 0)
-    text += format("  note: %zu of %zu rays did not close and were left solid\n", hollow.cast.bad, hollow.cast.rays);
-  if (hollow.filled_cavities > 0)
-    text +=
-        format("  note: %s too small to print, %zu with %.2g mm3 in all, were filled; the rest makes up for it\n",
-               print_of(hollow.spec).infill.wanted() ? "sparse regions" : "cavities", hollow.filled_cavities, hollow.filled_mm3);
+  for (const std::string& note : notes_of(hollow)) text += "  note: " + note + "\n";
   return text;
 }
 
@@ -195,19 +98,6 @@ std::string solver_text(const HollowResult& hollow) {
                 sparse ? (one ? "sparse region" : "sparse regions") : (one ? "cavity" : "cavities"), hollow.solve.solver,
                 hollow.solve.solver_status, hollow.solve.variables, hollow.solver_iterations, hollow.passes,
                 hollow.passes == 1 ? "" : "es");
-}
-
-/// What is proven. Of a duality gap only that it is closed, unless more is asked for.
-std::string proof_text(const HollowResult& hollow, bool verbose) {
-  constexpr double closed = 1e-6;
-  const bool gap_alone = hollow.duality_gap && !hollow.extreme && hollow.proof.size() == 1;
-  std::string text;
-  if (gap_alone && !verbose && std::abs(*hollow.duality_gap) <= closed) {
-    text += "No other inside brings its centre of mass lower (proven on the rays that were cast).\n";
-  } else {
-    for (const std::string& sentence : hollow.proof) text += sentence + "\n";
-  }
-  return text;
 }
 
 /// Centre of mass and inertia.
@@ -283,7 +173,10 @@ std::string to_text(const RunReport& report, bool verbose) {
     for (const auto& [stage, seconds] : report.timings_s) text += format("  %-10s %8.3f s\n", stage, seconds);
     text += format("  %-10s %8.1f MB\n", "memory", report.peak_memory_mb);
   }
-  if (report.hollow && !report.hollow->proof.empty()) text += "\n" + proof_text(*report.hollow, verbose);
+  if (report.hollow && !report.hollow->proof.empty()) {
+    text += "\n";
+    for (const std::string& sentence : proof_of(*report.hollow, verbose)) text += sentence + "\n";
+  }
   return text;
 }
 

@@ -133,6 +133,37 @@ TEST_F(Tool, CertifiesAndSearchesTheAxis) {
     EXPECT_EQ(run(std::string("spin egg.stl ") + wrong).code, 2) << wrong;
 }
 
+/// The page without what the clock and the memory have told.
+std::string steady(const std::string& page) {
+  static const std::regex kTold(R"re("(timings_s":\{[^}]*\}|seconds":[^,}]*|peak_memory_mb":[^,}]*|threads":"[^"]*"))re");
+  std::string result;
+  std::istringstream lines(page);
+  for (std::string line; std::getline(lines, line);) {
+    const bool data = line.find("id=\"rayrep-data\"") != std::string::npos;
+    result += (data ? std::regex_replace(line, kTold, "") : line) + "\n";
+  }
+  return result;
+}
+
+TEST_F(Tool, WritesAPageToLookAt) {
+  ASSERT_EQ(run("float egg.stl --resolution 50 --html a.html --threads 1 -q -o e.stl").code, 0);
+  ASSERT_EQ(run("float egg.stl --resolution 50 --html b.html --threads 2 -q -o e.stl").code, 0);
+  const std::string page = text_of(folder_ / "a.html");
+  EXPECT_TRUE(mentions(page, {"<title>e.stl: float</title>", "id=\"rayrep-mesh-1\""}));
+  EXPECT_EQ(steady(page), steady(text_of(folder_ / "b.html")));
+  // Of what fails, too.
+  EXPECT_EQ(run("verify egg.stl --waterline 20 --html failed.html").code, 4);
+  EXPECT_TRUE(mentions(text_of(folder_ / "failed.html"), {"\"pass\":false"}));
+  EXPECT_EQ(run("inspect egg.stl --html /dev/stdout -q").out.substr(0, 15), "<!doctype html>");
+  write_mesh(folder_ / "torn.stl", opened_egg());
+  EXPECT_EQ(run("inspect torn.stl --html torn.html").code, 3);
+  EXPECT_TRUE(mentions(text_of(folder_ / "torn.html"), {"\"usable\":false"}));
+  EXPECT_EQ(run("float egg.stl --html egg.stl").code, 2);
+  EXPECT_EQ(run("float egg.stl --html r --report r").code, 2);
+  EXPECT_EQ(run("float egg.stl --html none/r.html").code, 6);
+  EXPECT_TRUE(mentions(run("inspect print.gcode --html r.html").err, {"A page shows meshes"}));
+}
+
 TEST_F(Tool, FloatsAndVerifies) {
   const Run run_float = run("float egg.stl --resolution 60 --report r.json");
   ASSERT_EQ(run_float.code, 0) << run_float.err;

@@ -171,7 +171,8 @@ Settings print_rows(Options& options) {
            .details = "",
            .place = &options.printed.filament_diameter_mm,
            .range = Range::positive(),
-           .unset = "as the file says"},
+           .unset = "as the file says",
+           .rare = true},
           {.name = "print-direction",
            .value = "DIR",
            .words = "of the mesh: upward on the bed",
@@ -297,6 +298,16 @@ Settings inertial_files(Options& options) {
       {.name = "mjcf", .value = "FILE", .words = "and that of MuJoCo's MJCF", .details = "", .place = path_place(options.mjcf)}};
 }
 
+Setting html_row(Options& options) {
+  return {.name = "html",
+          .value = "FILE",
+          .words = "write a page to look at, with the bodies in 3D",
+          .details =
+              "One file that needs no network: the verdict in words, all figures, and a view to turn and to cut, in any browser. "
+              "Written when the JSON file is.",
+          .place = path_place(options.html)};
+}
+
 Settings common_rows(Options& options, bool with_report) {
   Settings rows = {
       {.name = "config",
@@ -330,6 +341,7 @@ Settings common_rows(Options& options, bool with_report) {
        .details = "Its form: docs/report.schema.json.",
        .place = &options.json,
        .rare = true},
+      html_row(options),
       {.name = "quiet,q",
        .value = "",
        .words = "no summary, no progress",
@@ -357,7 +369,7 @@ Settings common_rows(Options& options, bool with_report) {
                           [&options] { return options.threads ? std::to_string(options.threads) : std::string("all"); }},
        .rare = true},
       {.name = "help,h", .value = "", .words = "this text", .details = "", .place = TextPlace{}}};
-  if (!with_report) std::erase_if(rows, [](const Setting& s) { return s.name == "report" || s.name == "json"; });
+  if (!with_report) std::erase_if(rows, [](const Setting& s) { return s.name == "report" || s.name == "json" || s.name == "html"; });
   return rows;
 }
 
@@ -555,6 +567,7 @@ std::vector<Group> inspect_groups(Options& options) {
   Group output{"Output", density};
   output.settings.push_back(
       {.name = "json", .value = "", .words = "JSON on standard output", .details = "", .place = &options.json});
+  output.settings.push_back(html_row(options));
   append(output.settings, inertial_files(options));
   append(output.settings, common_rows(options, false));
   return {{"The mesh", mesh_rows(options)}, output};
@@ -842,8 +855,9 @@ void apply(const std::vector<Group>& groups, const Given& given, const SpecFile*
 }
 
 void note_in_force(const std::vector<Group>& groups, Options& options) {
-  static const std::set<std::string> kNotTold = {"material", "help",      "quiet", "verbose", "output", "report", "suggest",
-                                                 "allow",    "no-advice", "json",  "gcode",   "urdf",   "mjcf",   "original"};
+  static const std::set<std::string> kNotTold = {"material", "help",  "quiet",   "verbose", "output",
+                                                 "report",   "html",  "suggest", "allow",   "no-advice",
+                                                 "json",     "gcode", "urdf",    "mjcf",    "original"};
   for (const Group& group : groups)
     for (const Setting& s : group.settings)
       if (!kNotTold.contains(long_name(s))) options.in_force.emplace_back(long_name(s), shown(s));
@@ -852,6 +866,9 @@ void note_in_force(const std::vector<Group>& groups, Options& options) {
 /// @throws Error{usage} for what goes with a file for a printer only, or does not go with one
 void check_print(const Given& given, Options& options) {
   const bool print = is_printed(options.input);
+  if (options.command == Command::inspect && print && !options.html.empty())
+    usage_error("A page shows meshes: 'rayrep verify " + options.input.string() +
+                " --original MESH --html FILE' shows what was printed.");
   if (options.command == Command::inspect && print) options.command = Command::measure;
   if (options.command == Command::hollow && print)
     usage_error("'" + options.input.string() + "' is a file for a printer. Name the mesh it was made from.");
@@ -1057,11 +1074,9 @@ void refuse_overwriting(const Options& options) {
       if (same(output, input))
         usage_error("The output '" + output.string() + "' is " + (input == options.input ? "the input itself" : "read, too") +
                     ": choose another name with --output.");
-  const std::pair<const char*, std::filesystem::path> texts[] = {{"report", options.report},
-                                                                 {"urdf", options.urdf},
-                                                                 {"mjcf", options.mjcf},
-                                                                 {"gcode", options.gcode},
-                                                                 {"save-config", options.saved_config}};
+  const std::pair<const char*, std::filesystem::path> texts[] = {{"report", options.report}, {"html", options.html},
+                                                                 {"urdf", options.urdf},     {"mjcf", options.mjcf},
+                                                                 {"gcode", options.gcode},   {"save-config", options.saved_config}};
   for (const auto& [name, text] : texts) {
     std::vector<std::filesystem::path> meshes = read;
     meshes.insert(meshes.end(), written.begin(), written.end());
@@ -1231,8 +1246,8 @@ std::string judging_command(const Options& options, const Spec& spec, const std:
   for (const FixedFile& file : options.fixed) text += " --fixed " + quoted(file.path.string() + "=" + text_of(file.density_g_cm3));
   if (!options.insert_output.empty())
     text += " --fixed " + quoted(options.insert_output.string() + "=" + text_of(options.insert_density()));
-  static const std::set<std::string> kOther = {"fixed",    "unit",   "size",  "memory",  "goal",    "each",
-                                               "original", "report", "quiet", "verbose", "threads", "help"};
+  static const std::set<std::string> kOther = {"fixed",  "unit", "size",  "memory",  "goal",    "each", "original",
+                                               "report", "html", "quiet", "verbose", "threads", "help"};
   for (std::size_t g = 0; g < now.size(); ++g)
     for (std::size_t n = 0; n < now[g].settings.size(); ++n) {
       const Setting& s = now[g].settings[n];

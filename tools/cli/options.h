@@ -87,6 +87,7 @@ struct Options {
   std::filesystem::path
       original;  ///< verify: the surface that must be unchanged; measure: where the print is looked for; may be empty
   std::filesystem::path report;  ///< empty: none
+  std::filesystem::path html;    ///< likewise
   std::filesystem::path urdf;    ///< target, inspect; empty: none
   std::filesystem::path mjcf;
   double insert_density() const;  ///< of what is in insert_output

@@ -137,11 +137,12 @@ void refuse_unusable(const ReadMesh& mesh) {
   throw Error(ErrorCode::input, mesh.summary.path + ": " + report.refusal);
 }
 
-void write_report(const Options& options, const RunReport& report) {
+/// @param judged  what the page shows
+void write_report(const Options& options, const RunReport& report, const Delivery& judged) {
   if (options.json) std::cout << to_json(report);
-  if (options.report.empty()) return;
   std::cout.flush();  // what was said before comes first where the report goes the same way
-  write_text_file(options.report, to_json(report));
+  if (!options.report.empty()) write_text_file(options.report, to_json(report));
+  if (!options.html.empty()) write_text_file(options.html, to_html(report, judged));
 }
 
 /// What failed and the judge's explanation, for the message that goes with exit code 4: "(NAMES)END EXPLANATION".
@@ -188,7 +189,7 @@ void refuse_loose_bodies(const Options& options, ReadMesh& mesh, const Progress&
 void require_outputs(const Options& options) {
   constexpr std::int64_t kOld_s = 3600;
   std::vector<std::filesystem::path> files = options.meshes();
-  for (const auto& text : {options.report, options.urdf, options.mjcf, options.gcode, options.saved_config})
+  for (const auto& text : {options.report, options.html, options.urdf, options.mjcf, options.gcode, options.saved_config})
     if (!text.empty() && !is_stream(text)) files.push_back(text);
   for (const auto& file : files) {
     require_writable(file);
@@ -237,7 +238,7 @@ std::filesystem::path numbered(const std::filesystem::path& path, std::size_t nu
 Options options_for(const Options& options, std::size_t number) {
   Options one = options;
   for (std::filesystem::path* path : {&one.output, &one.insert_output, &one.outside_output, &one.dense_output, &one.sparse_output,
-                                      &one.report, &one.urdf, &one.mjcf, &one.gcode})
+                                      &one.report, &one.html, &one.urdf, &one.mjcf, &one.gcode})
     *path = numbered(*path, number);
   refuse_overwriting(one);
   require_outputs(one);
@@ -376,7 +377,7 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   if (!made.mesh.triangles.empty()) {
     made.mesh = read_mesh(companions.write(options.insert_output, made.mesh), kAnySize).mesh;
     report.insert = {options.insert_output.string(), mass_properties(made.mesh, made.density_g_cm3),
-                     connected_components(made.mesh).count};
+                     connected_components(with_merged_vertices(made.mesh)).count};
     put_in.push_back(std::move(made));
   }
   Mesh outside;
@@ -391,7 +392,7 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   report.timings_s = stages.finish();
   report.peak_memory_mb = peak_memory_mb();
   if (!report.after.pass()) {
-    if (!options.attempt) write_report(options, report);
+    if (!options.attempt) write_report(options, report, delivered);
     if (!options.attempt && !options.quiet) std::cout << printable(to_text(report, options.verbose));
     const std::string jumps =
         sliced
@@ -410,7 +411,7 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   pending.commit();
   if (sliced) sliced->deliver(hollow.best_slice);
   report.output = options.output.string();
-  write_report(options, report);
+  write_report(options, report, delivered);
   if (options.quiet) return;
   std::cout << printable(to_text(report, options.verbose));
   if (options.verbose) {
@@ -492,10 +493,10 @@ void run_hollow(const Options& options, Stages& stages, const Progress& progress
 constexpr CheckOptions kChecksToJudge{.self_intersections = false};
 
 /// What both verdicts on meshes and on prints end with.
-void tell_verdict(const Options& options, RunReport& report, Stages& stages) {
+void tell_verdict(const Options& options, RunReport& report, const Delivery& judged, Stages& stages) {
   report.timings_s = stages.finish();
   report.peak_memory_mb = peak_memory_mb();
-  write_report(options, report);
+  write_report(options, report, judged);
   if (!options.quiet) std::cout << printable(to_text(report, options.verbose));
   if (!report.after.pass()) throw Error(ErrorCode::goal, "It does not meet the goal " + failures(report.after, "."));
   if (!options.quiet) std::cout << "VERIFIED\n";
@@ -512,9 +513,10 @@ void verify_one(const Options& options, const ReadMesh& mesh, Stages& stages, co
   }
   RunReport report = start_report(options, input);
   progress.begin("verify");
+  Delivery delivered;
   try {
-    Delivery delivered = delivery_of({.mesh = input.checked.mesh, .format = "", .notes = {}, .modifiers = input.modifiers},
-                                     print_of(options.spec).infill.percent_laid_down);
+    delivered = delivery_of({.mesh = input.checked.mesh, .format = "", .notes = {}, .modifiers = input.modifiers},
+                            print_of(options.spec).infill.percent_laid_down);
     const std::vector<Part> fixed = read_fixed(options, progress);
     delivered.parts.insert(delivered.parts.end(), fixed.begin(), fixed.end());
     report.after = verify(delivered, original ? &original->checked.mesh : nullptr, options.spec, {}, progress);
@@ -523,7 +525,7 @@ void verify_one(const Options& options, const ReadMesh& mesh, Stages& stages, co
     if (error.code() == ErrorCode::input) refuse_unusable(input);
     throw;
   }
-  tell_verdict(options, report, stages);
+  tell_verdict(options, report, delivered, stages);
 }
 
 void verify_printed(const Options& options, Stages& stages, const Progress& progress) {
@@ -535,10 +537,12 @@ void verify_printed(const Options& options, Stages& stages, const Progress& prog
   Spec spec = options.spec;
   std::visit([&](auto& s) { s.print.density_g_cm3 = report.print->density_g_cm3; }, spec);
   progress.begin("verify");
-  const Moments put_in = insert_moments(Delivery{read_fixed(options, progress)}, report.print->density_g_cm3);
+  Delivery judged{read_fixed(options, progress)};
+  const Moments put_in = insert_moments(judged, report.print->density_g_cm3);
   report.after = verify_print(original.checked.mesh, report.print->placed->s + put_in, spec, {}, progress);
   if (!options.fixed.empty()) report.after.notes.emplace_back("Whether what is put in has room in the print is not judged.");
-  tell_verdict(options, report, stages);
+  judged.parts.push_back({.mesh = original.checked.mesh});
+  tell_verdict(options, report, judged, stages);
 }
 
 void run_measure(const Options& options, Stages& stages, const Progress& progress) {
@@ -597,6 +601,11 @@ void run_inspect(const Options& options, Stages& stages, const Progress& progres
     std::cout << to_json(inspection);
   else if (!options.quiet)
     std::cout << printable(to_text(inspection));
+  if (!options.html.empty()) {
+    const MeshFile shown{.mesh = input.checked.mesh, .format = "", .notes = {}, .modifiers = input.modifiers};
+    std::cout.flush();
+    write_text_file(options.html, to_html(inspection, delivery_of(shown, std::nullopt)));
+  }
   refuse_unusable(input);
   write_inertial(options, *mass);
 }

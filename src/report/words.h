@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "rayrep/report/report.h"
+
+// What reports for people say, whatever they are written in.
+
+namespace rayrep::report_detail {
+
+/// One figure of a body, and of the solid it was made from.
+struct Row {
+  std::string words;  ///< with the unit
+  std::string before;
+  std::string after;
+};
+
+/// What stands in columns, then what has a line of its own.
+struct Rows {
+  std::vector<Row> table;
+  std::vector<Row> lines;
+};
+
+/// @param before  null: there is none
+Rows rows_of(const Figures* before, const Figures& after);
+
+/// Volume, area, mass, centre of mass, inertia and defects of a mesh.
+Rows rows_of(const Inspection& inspection);
+
+/// What is judged, its unit in words.
+std::string words_of(const Criterion& criterion);
+
+/// A value or limit: few digits, and "-" for what is no number.
+std::string value_text(const Criterion& criterion, double value);
+
+/// What came of the making beside the figures.
+std::vector<std::string> notes_of(const HollowResult& hollow);
+
+/// What is proven, a sentence each. Of a duality gap only that it is closed, unless more is asked for.
+std::vector<std::string> proof_of(const HollowResult& hollow, bool verbose);
+
+}  // namespace rayrep::report_detail

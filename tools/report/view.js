@@ -1,0 +1,376 @@
+// The bodies in 3D: glass outside, what is inside of it solid, and a section with what it cuts filled.
+
+import {
+  AlwaysStencilFunc, BackSide, BufferAttribute, BufferGeometry, Color, DecrementWrapStencilOp, DoubleSide, EqualStencilFunc, FrontSide,
+  IncrementWrapStencilOp, KeepStencilOp, LineBasicMaterial, LineSegments, Mesh, NotEqualStencilFunc, PerspectiveCamera, Plane, Scene,
+  ShaderMaterial, Vector4, WebGLRenderer
+} from 'three';
+
+import {crossing, dot, length, plus, shaded} from './geometry.js';
+import {distanceFor, Orbit} from './orbit.js';
+import {kCap, kDisc, kSurface} from './shaders.js';
+
+const kBehindLines = {polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 2};
+const kNowhere = [0, 0, 0, 1];  // a cut that takes nothing away
+
+/** Whether this browser draws in 3D here. */
+export function canDraw(document) {
+  try {
+    return Boolean(document.createElement('canvas').getContext('webgl2'));
+  } catch {
+    return false;
+  }
+}
+
+export class View {
+  /**
+   * @param canvas  where it is drawn; takes keys and the pointer
+   * @param drawn   called after each drawing with a function that brings a point of the body to pixels
+   */
+  constructor(canvas, drawn) {
+    this.canvas = canvas;
+    this.drawn = drawn;
+    this.renderer = new WebGLRenderer({canvas, antialias: true, alpha: true, stencil: true});
+    this.renderer.autoClear = false;
+    this.renderer.localClippingEnabled = true;
+    this.kept = new Plane();
+    this.camera = new PerspectiveCamera();
+    this.orbit = new Orbit(canvas, () => this.change());
+    canvas.addEventListener('webglcontextrestored', () => this.change());
+    this.bodies = [];
+    this.glass = 0.16;
+    this.hidden = new Set();
+    this.cutBy = null;
+    this.size = [0, 0];
+  }
+
+  /** @param bodies  {what, closed, mesh}: of each what it is, and its triangles */
+  show(bodies) {
+    for (const body of this.bodies) body.geometry.dispose();
+    this.bodies = bodies.map(({what, closed, mesh}) => {
+      const {positions, normals} = shaded(mesh);
+      const geometry = new BufferGeometry();
+      geometry.setAttribute('position', new BufferAttribute(positions, 3));
+      geometry.setAttribute('normal', new BufferAttribute(normals, 3));
+      return {what, closed, mesh, geometry};
+    });
+    const {positions} = bodies[0].mesh;
+    this.points = someOf(positions);
+    this.radius = Math.max(1e-9, boxDiagonal(positions) / 2);
+    this.scenes = null;
+    this.change();
+  }
+
+  /** @param attitude  of the page's data, and `waterline` and `ground`, of the planes up . p, or null */
+  place(attitude) {
+    this.attitude = attitude;
+    const [right, front, up] = attitude.to_ground;
+    const spread = axis => {
+      const along = this.points.map(p => dot(p, axis));
+      return [Math.min(...along), Math.max(...along)];
+    };
+    const [x, y, z] = [right, front, up].map(spread);
+    const target = plus(plus(right.map(n => n * (x[0] + x[1]) / 2), front, (y[0] + y[1]) / 2), up, (z[0] + z[1]) / 2);
+    // Its broad side, a little from the left and from above.
+    const azimuth = (x[1] - x[0] >= y[1] - y[0] ? -Math.PI / 2 : 0) + 0.42;
+    this.home = {azimuth, elevation: 0.26, distance: 3 * this.radius, target};
+    this.orbit.fresh = true;
+    this.orbit.reset({right, front, up}, this.home);
+    this.fit();
+    this.orbit.fresh = false;
+    this.scenes = null;
+    this.change();
+  }
+
+  /** Brings the camera so near that all is seen. */
+  fit() {
+    if (!this.home || !this.size[1]) return;
+    const hung = this.attitude.kind === 'hangs' && this.attitude.point_mm ? [this.attitude.point_mm] : [];
+    this.home.distance = distanceFor([...this.points, ...hung], this.home.target, this.orbit.pose(), this.size[0] / this.size[1]);
+    this.orbit.goHome();
+    this.fitted = true;
+  }
+
+  resize(width, height, ratio) {
+    if (!width || !height) return;
+    const first = !this.fitted;
+    const factor = this.size[1] ? this.size[0] / this.size[1] / (width / height) : 1;
+    this.size = [width, height];
+    this.renderer.setPixelRatio(Math.min(ratio, 2));
+    this.renderer.setSize(width, height, false);
+    if (first || Math.abs(factor - 1) > 0.2) {
+      this.orbit.fresh = true;
+      this.fit();
+      this.orbit.fresh = false;
+    }
+    this.change();
+  }
+
+  /** @param cut  {normal, offset}: what lies beyond is taken away; null: nothing is */
+  cut(cut) {
+    this.cutBy = cut;
+    this.outlines = null;
+    this.change();
+  }
+
+  /** @param colors  by name, as CSS has them */
+  paint(colors) {
+    this.colors = colors;
+    this.scenes = null;
+    this.change();
+  }
+
+  hide(what, hidden) {
+    if (hidden) this.hidden.add(what);
+    else this.hidden.delete(what);
+    this.change();
+  }
+
+  change() {
+    if (this.waiting) return;
+    this.waiting = requestAnimationFrame(() => {
+      this.waiting = 0;
+      this.draw();
+    });
+  }
+
+  // ------------------------------------------------------------------------------------------------------------------- scenes
+
+  color(name) {
+    return new Color(this.colors[name]);
+  }
+
+  surface(color, opacity, edge, more) {
+    return new ShaderMaterial({
+      vertexShader: kSurface.vertex,
+      fragmentShader: kSurface.fragment,
+      uniforms: {
+        uColor: {value: this.color(color)},
+        uOpacity: {value: opacity},
+        uEdge: {value: edge},
+        uCut: {value: new Vector4(...kNowhere)}
+      },
+      ...more
+    });
+  }
+
+  build() {
+    const scene = (...meshes) => {
+      const result = new Scene();
+      result.matrixWorldAutoUpdate = false;
+      result.add(...meshes);
+      return result;
+    };
+    const flat = (disc, color, opacity, stencil) => new Mesh(disc, new ShaderMaterial({
+      vertexShader: kDisc.vertex,
+      fragmentShader: kDisc.fragment,
+      uniforms: {uColor: {value: this.color(color)}, uOpacity: {value: opacity}, uCut: {value: new Vector4(...kNowhere)}},
+      transparent: true,
+      depthWrite: false,
+      side: DoubleSide,
+      ...stencil
+    }));
+    const inside = this.bodies.filter(body => body.what !== 'shell');
+    const outside = this.bodies.filter(body => body.what === 'shell');
+    this.scenes = {
+      inside: inside.map(body => ({
+        what: body.what,
+        scene: scene(new Mesh(body.geometry, this.surface(kColors[body.what], 1, 0, {side: DoubleSide, ...kBehindLines})))
+      })),
+      // The nearest of it alone, so that folds behind each other do not add up.
+      depth: scene(...outside.map(body => new Mesh(body.geometry, this.surface('shell', 1, 0, {side: FrontSide, colorWrite: false, ...kBehindLines})))),
+      glass: scene(...outside.map(
+          body => new Mesh(body.geometry, this.surface('shell', this.glass, 0.75, {side: FrontSide, transparent: true, depthWrite: false})))),
+      phases: this.phases(scene)
+    };
+    const {waterline, ground, up} = this.attitude;
+    if (waterline !== null) {
+      const disc = discOf(this.attitude, waterline, this.target(), 1.6 * this.radius);
+      this.scenes.wet = this.counting(scene, outside, [...up, waterline]);
+      // Around the hull, and where it is taken away.
+      const [around, within] = [EqualStencilFunc, NotEqualStencilFunc].map(stencilFunc => flat(disc, 'water', 0.34, {
+        stencilWrite: true, stencilFunc, stencilRef: 0, stencilFail: KeepStencilOp, stencilZPass: KeepStencilOp
+      }));
+      this.scenes.water = scene(around);
+      this.scenes.instead = scene(within);
+      const line = outside.map(body => crossing(body.mesh, up, waterline));
+      this.scenes.waterline = scene(...line.map(stretches => this.line(stretches, 'water')));
+      for (const one of this.scenes.waterline.children) one.material.clippingPlanes = [this.kept];
+    }
+    if (ground !== null) this.scenes.ground = scene(flat(discOf(this.attitude, ground, this.target(), 1.5 * this.radius), 'ground', 0.3));
+    this.outlines = null;
+  }
+
+  target() {
+    return this.home.target;
+  }
+
+  line(stretches, color) {
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', new BufferAttribute(stretches, 3));
+    return new LineSegments(geometry, new LineBasicMaterial({color: this.color(color)}));
+  }
+
+  /** Counts in the stencil how often a line of sight enters and leaves what is below a plane: not 0 where the plane cuts material. */
+  counting(scene, bodies, plane) {
+    const passes = [[BackSide, IncrementWrapStencilOp], [FrontSide, DecrementWrapStencilOp]];
+    return scene(...bodies.flatMap(body => passes.map(([side, op]) => {
+      const material = this.surface('shell', 1, 0, {
+        side,
+        colorWrite: false,
+        depthWrite: false,
+        depthTest: false,
+        stencilWrite: true,
+        stencilFunc: AlwaysStencilFunc,
+        stencilFail: op,
+        stencilZFail: op,
+        stencilZPass: op
+      });
+      material.uniforms.uCut.value.set(...plane);
+      return new Mesh(body.geometry, material);
+    })));
+  }
+
+  /** What is filled where it is cut: the material first, then over it what lies in it. */
+  phases(scene) {
+    const groups = [['cap', this.bodies.filter(body => body.what === 'shell' || body.what === 'cavity')]];
+    for (const body of this.bodies)
+      if (body.what !== 'shell' && body.what !== 'cavity') groups.push([kColors[body.what], [body]]);
+    return groups.filter(([, bodies]) => bodies.length && bodies.every(body => body.closed)).map(([color, bodies]) => {
+      const cap = new Mesh(new BufferGeometry(), new ShaderMaterial({
+        vertexShader: kCap.vertex,
+        fragmentShader: kCap.fragment,
+        uniforms: {uColor: {value: this.color(color)}, uHatch: {value: this.color(`${color}-hatch`)}, uPitch: {value: 9}},
+        side: DoubleSide,
+        ...kBehindLines,
+        stencilWrite: true,
+        stencilFunc: NotEqualStencilFunc,
+        stencilRef: 0,
+        stencilZPass: KeepStencilOp
+      }));
+      return {what: bodies[0].what, bodies, count: this.counting(scene, bodies, kNowhere), cap, capScene: scene(cap)};
+    });
+  }
+
+  /** Brings the scenes to the cut as it is. */
+  applyCut() {
+    const plane = this.cutBy ? [...this.cutBy.normal, this.cutBy.offset] : kNowhere;
+    const {inside, depth, glass, phases} = this.scenes;
+    for (const scene of [...inside.map(one => one.scene), depth, glass, ...phases.map(phase => phase.count)])
+      for (const mesh of scene.children) mesh.material.uniforms.uCut.value.set(...plane);
+    const [x, y, z, offset] = plane;
+    this.kept.setComponents(-x, -y, -z, offset);
+    for (const mesh of this.scenes.instead?.children ?? []) mesh.material.uniforms.uCut.value.set(-x, -y, -z, -offset);
+    for (const mesh of glass.children) mesh.material.uniforms.uOpacity.value = this.glass;
+    if (this.outlines || !this.cutBy) return;
+    this.outlines = [];
+    for (const phase of phases) {
+      phase.cap.geometry.dispose();
+      phase.cap.geometry = quad(this.cutBy, this.target(), 2.5 * this.radius);
+    }
+    for (const body of this.bodies) {
+      const scene = new Scene();
+      scene.add(this.line(crossing(body.mesh, this.cutBy.normal, this.cutBy.offset), 'outline'));
+      this.outlines.push({what: body.what, scene});
+    }
+  }
+
+  draw() {
+    if (!this.size[1] || !this.colors || !this.attitude) return;
+    if (!this.scenes) this.build();
+    this.applyCut();
+    this.aim();
+    const {renderer, camera, scenes} = this;
+    const shown = what => !this.hidden.has(what);
+    const render = scene => renderer.render(scene, camera);
+    renderer.clear();
+    if (scenes.ground && shown('ground')) render(scenes.ground);
+    for (const {what, scene} of scenes.inside)
+      if (shown(what)) render(scene);
+    if (this.cutBy) {
+      for (const {what, count, cap, capScene} of scenes.phases) {
+        if (!shown(what)) continue;
+        cap.material.uniforms.uPitch.value = 9 * renderer.getPixelRatio();
+        renderer.clearStencil();
+        render(count);
+        render(capScene);
+      }
+      for (const {what, scene} of this.outlines)
+        if (shown(what)) render(scene);
+    }
+    if (shown('shell')) {
+      render(scenes.depth);
+      render(scenes.glass);
+    }
+    if (scenes.water && shown('water')) {
+      renderer.clearStencil();
+      render(scenes.wet);
+      render(scenes.water);
+      if (this.cutBy) render(scenes.instead);
+      render(scenes.waterline);
+    }
+    const [width, height] = this.size;
+    const matrix = camera.projectionMatrix.clone().multiply(camera.matrixWorldInverse);
+    this.drawn(p => {
+      const v = new Vector4(...p, 1).applyMatrix4(matrix);
+      return [(0.5 + 0.5 * v.x / v.w) * width, (0.5 - 0.5 * v.y / v.w) * height];
+    });
+  }
+
+  aim() {
+    const {position, above, target, field} = this.orbit.pose();
+    const {camera, size, radius} = this;
+    camera.fov = field * 180 / Math.PI;
+    camera.aspect = size[0] / size[1];
+    camera.near = Math.max(0.02 * radius, this.orbit.distance - 6 * radius);
+    camera.far = this.orbit.distance + 8 * radius;
+    camera.position.set(...position);
+    camera.up.set(...above);
+    camera.lookAt(...target);
+    camera.updateProjectionMatrix();
+    camera.updateMatrixWorld();
+  }
+}
+
+const kColors = {cavity: 'void', sparse: 'sparse', insert: 'insert', plug: 'insert'};
+
+/** Points that stand for all: every vertex, or of many some. */
+function someOf(positions) {
+  const points = [];
+  const step = 3 * Math.max(1, Math.floor(positions.length / 3 / 5000));
+  for (let n = 0; n < positions.length; n += step) points.push([positions[n], positions[n + 1], positions[n + 2]]);
+  return points.length ? points : [[0, 0, 0]];
+}
+
+function boxDiagonal(positions) {
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  for (let n = 0; n < positions.length; ++n) {
+    low[n % 3] = Math.min(low[n % 3], positions[n]);
+    high[n % 3] = Math.max(high[n % 3], positions[n]);
+  }
+  return positions.length ? length(plus(high, low, -1)) : 0;
+}
+
+function square(center, right, front, half) {
+  const geometry = new BufferGeometry();
+  const at = (x, y) => plus(plus(center, right, x * half), front, y * half);
+  const corners = [at(-1, -1), at(1, -1), at(1, 1), at(-1, -1), at(1, 1), at(-1, 1)].flat();
+  geometry.setAttribute('position', new BufferAttribute(new Float32Array(corners), 3));
+  geometry.setAttribute('uv', new BufferAttribute(new Float32Array([0, 0, 1, 0, 1, 1, 0, 0, 1, 1, 0, 1]), 2));
+  return geometry;
+}
+
+/** Across up, at a height along it, over or under a point. */
+function discOf({to_ground: [right, front, up]}, height, center, half) {
+  return square(plus(center, up, height - dot(center, up)), right, front, half);
+}
+
+function quad({normal, offset}, center, half) {
+  const least = [0, 1, 2].reduce((k, n) => Math.abs(normal[n]) < Math.abs(normal[k]) ? n : k, 0);
+  const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+  const other = [0, 0, 0];
+  other[least] = 1;
+  const right = cross(normal, other);
+  const unit = right.map(x => x / length(right));
+  return square(plus(center, normal, offset - dot(center, normal)), unit, cross(normal, unit), half);
+}
