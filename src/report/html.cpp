@@ -23,7 +23,8 @@ namespace {
 using namespace report_detail;
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kMostInside = 300'000;  ///< triangles of all that is not the outer surface
+constexpr std::size_t kMostOutside = 2'000'000;  ///< triangles of the outer surface that are shown
+constexpr std::size_t kMostInside = 300'000;     ///< and of all else
 
 Json vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -64,7 +65,7 @@ std::string for_html(const std::string& text) {
 /// One thing of the view.
 struct Shown {
   const char* what;   ///< "shell", "cavity", "sparse", "insert" or "plug"
-  std::string words;  ///< of an insert: its density
+  std::string words;  ///< of an insert its density, of what is sparse its infill
   Mesh mesh;          ///< vertices merged
 };
 
@@ -130,7 +131,7 @@ Blocks blocks_of(const std::vector<Shown>& bodies, const Eigen::AlignedBox3d& bo
   for (std::size_t n = 0; n < bodies.size(); ++n) {
     const auto& [what, words, mesh] = bodies[n];
     const auto most = static_cast<std::size_t>(share * static_cast<double>(mesh.triangles.size()));
-    const Mesh shown = n == 0 ? mesh : coarsened(mesh, std::max<std::size_t>(most, 1000));
+    const Mesh shown = coarsened(mesh, n == 0 ? kMostOutside : std::max<std::size_t>(most, 1000));
     const std::string id = concat("rayrep-mesh-", n);
     blocks.meshes.push_back({{"id", id},
                              {"what", what},

@@ -49,12 +49,23 @@ def run(tool, folder, *arguments, code=0):
         raise RuntimeError(f"rayrep {' '.join(arguments)} ended with {done.returncode}: {done.stderr}")
 
 
-def section_area(stl, y):
-    """Of a binary STL file across y, mm2, by Green's theorem over the stretches that triangles cut."""
+def triangles_in(stl):
+    """Of a binary STL file."""
     data = stl.read_bytes()
-    area = 0.0
     for n in range(struct.unpack_from("<I", data, 80)[0]):
-        corners = [struct.unpack_from("<3f", data, 84 + 50 * n + 12 + 12 * k) for k in range(3)]
+        yield [struct.unpack_from("<3f", data, 84 + 50 * n + 12 + 12 * k) for k in range(3)]
+
+
+def volume(stl):
+    """mm3, by the divergence theorem."""
+    return sum(a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])
+               for a, b, c in triangles_in(stl)) / 6
+
+
+def section_area(stl, y):
+    """Across y, mm2, by Green's theorem over the stretches that triangles cut."""
+    area = 0.0
+    for corners in triangles_in(stl):
         above = [p[1] >= y for p in corners]
         if all(above) or not any(above):
             continue
@@ -148,6 +159,18 @@ def check_view(page):
     expect(page.chromium.complaints() == [], f"still nothing is complained of {page.chromium.complaints()}")
 
 
+def check_meshes(page, stl):
+    read = page.js("""window.rayrep.page.bodies.reduce((sum, {mesh: {positions: p, triangles: t}}) => {
+      for (let n = 0; n < t.length; n += 3) {
+        const [a, b, c] = [0, 1, 2].map(k => [0, 1, 2].map(m => p[3 * t[n + k] + m]));
+        sum += (a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])) / 6;
+      }
+      return sum;
+    }, 0)""")
+    given = volume(stl)
+    expect(abs(read / given - 1) < 1e-4, f"what the page has read encloses {read:.2f} mm3, the file {given:.2f} mm3")
+
+
 def check_caps(page, stl):
     """Seen along y, the plane of a cut is drawn to scale: what is filled has the area of the section."""
     page.js("""(() => {
@@ -230,6 +253,7 @@ def main():
             chromium.size(480, 480, False, True)
             page.open(folder / "duck.html", "duck")
             check_view(page)
+            check_meshes(page, folder / "duck.stl")
             check_caps(page, folder / "duck.stl")
             page.open(folder / "teapot.html", "teapot")
             check_layout(page)

@@ -360,6 +360,14 @@ TEST(Html, StaysBelowThreeMegabytes) {
   EXPECT_NEAR(mesh_moments(shown)[M1], -mesh_moments(fine)[M1], 0.01 * mesh_moments(fine)[M1]);
 }
 
+TEST(Html, ShowsAnOutsideOfManyTrianglesCoarser) {
+  const Mesh fine = uv_ellipsoid(30, 22, 16, 720);
+  const Json meshes = data_of(to_html(RunReport{}, delivery(fine)))["view"]["meshes"];
+  EXPECT_EQ(meshes[0]["triangles"], 4 * 720 * 719);
+  EXPECT_LE(meshes[0]["shown"].get<std::size_t>(), 2'000'000u);
+  EXPECT_GT(meshes[0]["shown"].get<std::size_t>(), 500'000u);
+}
+
 TEST(Html, TellsWhereABodyFloats) {
   FloatSpec spec;
   spec.up = {1, 2, 2};

@@ -79,8 +79,10 @@ export function supportChart(of, before, width) {
   const at2 = ([x, y]) => [width / 2 + scale * (x - (left + right) / 2), height / 2 - scale * (y - (low + high) / 2)];
   const chart = svg('svg', {width, height, viewBox: `0 0 ${width} ${height}`, role: 'img', class: 'chart'});
   const nearest = nearestEdge(angles);
-  chart.append(svg('title', {}, `The foot from above: it tips over its nearest edge at ${degrees(angles[nearest])}`));
+  chart.append(svg('title', {}, nearest < 0 ? 'The foot from above' : `The foot from above: it tips over its nearest edge at ${degrees(angles[nearest])}`));
   chart.append(svg('polygon', {class: 'foot', points: corners.map(p => at2(p).map(n => n.toFixed(1)).join(',')).join(' ')}));
+  if (corners.length < 3)
+    for (const corner of corners) chart.append(svg('circle', {cx: at2(corner)[0], cy: at2(corner)[1], r: 5, class: 'touch'}));
   if (corners.length > 2) {
     const from = at2(corners[nearest]), to = at2(corners[(nearest + 1) % corners.length]);
     chart.append(line(...from, ...to, 'tip'));
@@ -121,7 +123,8 @@ export function speedChart(of, width) {
   const kinds = [['sliding tip', of('stable_sliding')], ['fixed tip', of('stable_fixed')]].filter(([, ranges]) => ranges);
   if (!kinds.length || kinds.every(([, ranges]) => !ranges.length)) return null;
   const ends = kinds.flatMap(([, ranges]) => ranges.flatMap(({from_rpm, to_rpm}) => [from_rpm, to_rpm])).filter(Number.isFinite);
-  const most = 2 * Math.max(...ends, 1);
+  if (!ends.some(speed => speed > 0)) return null;  // of a free body: any speed
+  const most = 2 * Math.max(...ends);
   const height = 34 * kinds.length + 58;
   const box = {left: 84, right: width - 18, top: 10, bottom: height - 44};
   const x = speed => box.left + (box.right - box.left) * Math.min(speed, most) / most;

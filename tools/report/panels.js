@@ -13,7 +13,7 @@ export function html(name, attributes = {}, ...children) {
 }
 
 const kGoals = {float: 'floats', spin: 'spins', 'yo-yo': 'spins as a yo-yo', stand: 'stands', target: 'has the numbers wanted', pose: 'rests in its poses'};
-const kMade = {float: 'made to float', spin: 'made to spin', stand: 'made to stand', target: 'made to numbers', pose: 'made for poses'};
+const kMade = {float: 'made to float', spin: 'made to spin', stand: 'made to stand', target: 'made to have given numbers', pose: 'made for poses'};
 
 /** First of all: whether it does what it is for. */
 export function verdictOf(data) {
@@ -35,7 +35,7 @@ export function verdictOf(data) {
       html('ul', {}, failed.map(criterion => html('li', {}, plainWords(criterion, data.view.attitudes))))) : null,
     more.map(sentence => html('p', {class: poses ? 'of-pose' : 'more'}, units(sentence))),
     told.changed ? html('p', {class: 'more'}, `Changed, as --allow lets: ${told.changed}.`) : null,
-    told.outside ? html('p', {class: 'more'}, told.outside) : null,
+    told.outside ? html('p', {class: 'more'}, units(told.outside[0].toUpperCase() + told.outside.slice(1))) : null,
     inspected && pass ? html('p', {class: 'lead'}, inspectedWords(report)) : null);
 }
 
@@ -107,7 +107,9 @@ export function chartsOf(data, attitude, width) {
   const of = name => after[attitude.prefix + name], was = name => before[attitude.prefix + name];
   return [
     ['How it rights itself', rightingChart(of, width), 'The arm at which weight and buoyancy turn it back. Heeled while it is positive, it comes back.'],
-    ['Its foot, from above', supportChart(of, was, width), data.report.solver ? 'Filled: its centre of mass; hollow: that of the solid. It tips first over the edge in red.' : 'The dot is its centre of mass. It tips first over the edge in red.'],
+    ['Its foot, from above', supportChart(of, was, width),
+      (data.report.solver ? 'Filled: its centre of mass; hollow: that of the solid. ' : 'The dot is its centre of mass. ') +
+      (of('support_polygon_mm')?.length > 2 ? 'It tips first over the edge in red.' : 'Green: all that touches the ground.')],
     ['Stable speeds', speedChart(of, width), 'Where a small tilt does not grow. A tip that slides is one on a smooth table.']
   ].filter(([, chart]) => chart).map(([title, chart, words]) => panel(title, chart, html('p', {class: 'fine'}, words)));
 }
