@@ -22,7 +22,8 @@ class Browser:
         self.folder = tempfile.mkdtemp(prefix="rayrep-page-")
         to_browser, self.write_end = os.pipe()
         self.read_end, from_browser = os.pipe()
-        drawing = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] if webgl else ["--disable-gpu", "--disable-3d-apis"]
+        in_software = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+        drawing = in_software if webgl else ["--disable-gpu", "--disable-3d-apis"]
         words = [program(), "--headless=new", "--no-sandbox", "--remote-debugging-pipe", "--no-first-run", "--hide-scrollbars",
                  "--disable-background-networking", "--disable-component-update", "--disable-dev-shm-usage",
                  "--allow-file-access-from-files", f"--user-data-dir={self.folder}", *drawing, "about:blank"]
@@ -32,8 +33,8 @@ class Browser:
             os.dup2(first, 3)
             os.dup2(second, 4)
 
-        self.process = subprocess.Popen(words, preexec_fn=pipes, close_fds=False, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                                        env={**os.environ, "HOME": self.folder})
+        self.process = subprocess.Popen(words, preexec_fn=pipes, close_fds=False, stdout=subprocess.DEVNULL,
+                                        stderr=subprocess.DEVNULL, env={**os.environ, "HOME": self.folder})
         os.close(to_browser)
         os.close(from_browser)
         self.pending = b""
@@ -112,22 +113,24 @@ class Browser:
         self.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 30))))")
 
     def key(self, name, code=None):
+        numbers = {"Tab": 9, "ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40, "Home": 36, " ": 32}
         for kind in ("keyDown", "keyUp"):
             self.call("Input.dispatchKeyEvent", type=kind, key=name, code=code or name,
-                      windowsVirtualKeyCode={"Tab": 9, "ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40, "Home": 36,
-                                             " ": 32}.get(name, 0))
+                      windowsVirtualKeyCode=numbers.get(name, 0))
 
     def picture(self, clip=None, whole=False):
         """PNG. clip: of x, y, width and height."""
         more = {"clip": {**clip, "scale": 1}} if clip else {}
         if whole:
             size = self.call("Page.getLayoutMetrics")["cssContentSize"]
-            more = {"clip": {"x": 0, "y": 0, "width": size["width"], "height": size["height"], "scale": 1}, "captureBeyondViewport": True}
+            clip = {"x": 0, "y": 0, "width": size["width"], "height": size["height"], "scale": 1}
+            more = {"clip": clip, "captureBeyondViewport": True}
         return base64.b64decode(self.call("Page.captureScreenshot", format="png", **more)["data"])
 
     def complaints(self):
         """What went to the console, was thrown, or was asked of a network."""
         found = []
+        local = ("file:", "data:", "blob:", "about:")
         for event in self.events:
             method, of = event.get("method"), event.get("params", {})
             if method == "Runtime.exceptionThrown":
@@ -136,7 +139,7 @@ class Browser:
                 found.append(" ".join(str(a.get("value", a.get("description"))) for a in of["args"]))
             elif method == "Log.entryAdded" and of["entry"]["level"] in ("error", "warning"):
                 found.append(of["entry"]["text"])
-            elif method == "Network.requestWillBeSent" and not of["request"]["url"].startswith(("file:", "data:", "blob:", "about:")):
+            elif method == "Network.requestWillBeSent" and not of["request"]["url"].startswith(local):
                 found.append("asked for " + of["request"]["url"])
         return found
 

@@ -200,7 +200,8 @@ def check_caps(page, stl):
         })()""")
         _, _, rows, bytes_a_pixel = browser.pixels(page.look(f"cap-{step}"))
         # Shine is white.
-        seen = sum(max(0, green - red) for row in rows for red, green in zip(row[::bytes_a_pixel], row[1::bytes_a_pixel])) / 255 / scale**2
+        colors = ((row[n], row[n + 1]) for row in rows for n in range(0, len(row), bytes_a_pixel))
+        seen = sum(max(0, green - red) for red, green in colors) / 255 / scale**2
         area = section_area(stl, y)
         expect(abs(seen / area - 1) < 0.02, f"cut at y = {y:.2f} mm: filled {seen:.1f} mm2, the section has {area:.1f} mm2")
 
@@ -246,8 +247,8 @@ def main():
         shutil.copy(duck, hostile / "script><img src=x onerror=window.owned=2>.stl")
         run(tool, folder, "float", str(duck), "--resolution", "40", "-o", "duck.stl", "--html", "duck.html")
         run(tool, folder, "stand", str(kRoot / "examples/teapot.stl"), "--resolution", "40", "-o", "t.stl", "--html", "teapot.html")
-        run(tool, folder, "verify", str(hostile.relative_to(folder) / "script><img src=x onerror=window.owned=2>.stl"), "--waterline", "20",
-            "--html", "failed.html", code=4)
+        owned = hostile.relative_to(folder) / "script><img src=x onerror=window.owned=2>.stl"
+        run(tool, folder, "verify", str(owned), "--waterline", "20", "--html", "failed.html", code=4)
         with browser.Browser() as chromium:
             page = Page(chromium, pictures)
             chromium.size(480, 480, False, True)
@@ -258,7 +259,8 @@ def main():
             page.open(folder / "teapot.html", "teapot")
             check_layout(page)
             page.open(folder / "failed.html", "failed")
-            expect(page.js("document.querySelector('.verdict .word').textContent").endswith("NOT VERIFIED"), "what fails is not verified")
+            word = page.js("document.querySelector('.verdict .word').textContent")
+            expect(word.endswith("NOT VERIFIED"), "what fails is not verified")
             expect("does not weigh" in page.js("document.querySelector('.failed').textContent"), "and it is told why")
             expect(page.js("window.owned") is None, "nothing of a file's name is run")
             expect("<img src=x" in page.js("document.querySelector('h1').textContent"), "but it is shown")

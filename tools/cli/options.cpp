@@ -227,8 +227,14 @@ Settings slicer_rows(Options& options) {
            "For slicers that are elsewhere: run the command, slice what it makes, and run the command again with --as-sliced "
            "FILE.gcode --of WHAT_WAS_SLICED.stl: what the print has more or less than that mesh is made up for. Slice what "
            "comes of it with the same profile; 'rayrep verify NEXT.gcode' judges that.",
-       .place = path_place(options.as_sliced)},
-      {.name = "of", .value = "MESH", .words = "what was sliced", .details = "", .place = path_place(options.sliced_mesh)},
+       .place = path_place(options.as_sliced),
+       .rare = true},
+      {.name = "of",
+       .value = "MESH",
+       .words = "what was sliced",
+       .details = "",
+       .place = path_place(options.sliced_mesh),
+       .rare = true},
       mass_row(options),
       {.name = "gcode",
        .value = "FILE",

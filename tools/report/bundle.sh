@@ -1,6 +1,6 @@
 #!/bin/sh
-# Makes src/report/page.html, the page that rayrep puts its reports into, of what lies here, three.js and esbuild. Needs node and npm;
-# building rayrep does not. Versions are those of package.json, exactly.
+# Makes src/report/page.html, the page that rayrep puts its reports into, of what lies here, three.js and esbuild. Needs node and
+# npm; building rayrep does not. Versions are those of package.json, exactly.
 #
 #   tools/report/bundle.sh           makes it
 #   tools/report/bundle.sh --check   tells whether it is what would be made

@@ -30,23 +30,33 @@ export function rightingChart(of, width) {
   const y = arm => box.bottom - (box.bottom - box.top) * (arm - low) / (high - low);
   const chart = svg('svg', {width, height, viewBox: `0 0 ${width} ${height}`, role: 'img', class: 'chart'});
   const last = range * 180 / Math.PI;
-  chart.append(svg('title', {}, `Righting arm over heel: positive up to ${degrees(range)}, at most ${short(of('gz_largest_mm'))} mm`));
+  chart.append(
+      svg('title', {}, `Righting arm over heel: positive up to ${degrees(range)}, at most ${short(of('gz_largest_mm'))} mm`));
   for (const arm of ticks(low, high, 4))
-    chart.append(line(box.left, y(arm), box.right, y(arm), arm === 0 ? 'zero' : 'grid'), text(box.left - 7, y(arm) + 4, short(arm, arm % 1 ? 1 : 0), 'tick', 'end'));
-  for (let heel = 0; heel <= 180; heel += width < 420 ? 60 : 30) chart.append(text(x(heel), box.bottom + 18, `${heel}\u00b0`, 'tick'));
-  chart.append(text((box.left + box.right) / 2, height - 6, 'heel', 'axis'), text(box.left - 38, 14, 'righting arm GZ, mm', 'axis', 'start'));
+    chart.append(
+        line(box.left, y(arm), box.right, y(arm), arm === 0 ? 'zero' : 'grid'),
+        text(box.left - 7, y(arm) + 4, short(arm, arm % 1 ? 1 : 0), 'tick', 'end'));
+  for (let heel = 0; heel <= 180; heel += width < 420 ? 60 : 30)
+    chart.append(text(x(heel), box.bottom + 18, `${heel}\u00b0`, 'tick'));
+  chart.append(
+      text((box.left + box.right) / 2, height - 6, 'heel', 'axis'),
+      text(box.left - 38, 14, 'righting arm GZ, mm', 'axis', 'start'));
   // Between two heels as a straight line, so that nothing is shown that was not worked out.
   const path = list => list.map(([heel, arm], n) => `${n ? 'L' : 'M'}${x(heel).toFixed(1)} ${y(arm).toFixed(1)}`).join('');
   const within = points.filter(([heel]) => heel < last);
   if (last > 0 && within.length > 1) {
     const end = points.length > within.length ? [[last, Math.max(0, at(points, last))]] : [];
-    chart.append(svg('path', {class: 'safe', d: `${path([...within, ...end])}L${x(Math.min(last, 180)).toFixed(1)} ${y(0)}L${x(0)} ${y(0)}Z`}));
+    chart.append(svg(
+        'path', {class: 'safe', d: `${path([...within, ...end])}L${x(Math.min(last, 180)).toFixed(1)} ${y(0)}L${x(0)} ${y(0)}Z`}));
   }
   chart.append(svg('path', {class: 'curve', d: path(points)}));
   const best = of('gz_largest_heel_rad') * 180 / Math.PI, most = of('gz_largest_mm');
   if (last > 0 && Number.isFinite(most)) {
-    chart.append(svg('circle', {cx: x(best), cy: y(most), r: 4, class: 'point'}),
-                 text(Math.min(Math.max(x(best), box.left + 70), box.right - 70), y(most) - 9, `${short(most, 1)} mm at ${short(best, 0)}\u00b0`, 'note'));
+    chart.append(
+        svg('circle', {cx: x(best), cy: y(most), r: 4, class: 'point'}),
+        text(
+            Math.min(Math.max(x(best), box.left + 70), box.right - 70), y(most) - 9,
+            `${short(most, 1)} mm at ${short(best, 0)}\u00b0`, 'note'));
   }
   if (last > 0 && last < 179.5) {
     chart.append(svg('circle', {cx: x(last), cy: y(Math.max(0, at(points, last))), r: 4, class: 'limit'}));
@@ -79,7 +89,9 @@ export function supportChart(of, before, width) {
   const at2 = ([x, y]) => [width / 2 + scale * (x - (left + right) / 2), height / 2 - scale * (y - (low + high) / 2)];
   const chart = svg('svg', {width, height, viewBox: `0 0 ${width} ${height}`, role: 'img', class: 'chart'});
   const nearest = nearestEdge(angles);
-  chart.append(svg('title', {}, nearest < 0 ? 'The foot from above' : `The foot from above: it tips over its nearest edge at ${degrees(angles[nearest])}`));
+  chart.append(svg(
+      'title', {},
+      nearest < 0 ? 'The foot from above' : `The foot from above: it tips over its nearest edge at ${degrees(angles[nearest])}`));
   chart.append(svg('polygon', {class: 'foot', points: corners.map(p => at2(p).map(n => n.toFixed(1)).join(',')).join(' ')}));
   if (corners.length < 3)
     for (const corner of corners) chart.append(svg('circle', {cx: at2(corner)[0], cy: at2(corner)[1], r: 5, class: 'touch'}));
@@ -115,7 +127,9 @@ function scaleBar(chart, scale, width, height) {
   const power = 10 ** Math.floor(Math.log10(most));
   const long = [5, 2, 1].map(n => n * power).find(n => n <= most);
   const end = width - 12, begin = end - long * scale;
-  chart.append(line(begin, height - 10, end, height - 10, 'bar'), text((begin + end) / 2, height - 16, `${+long.toPrecision(1)} mm`, 'tick'));
+  chart.append(
+      line(begin, height - 10, end, height - 10, 'bar'),
+      text((begin + end) / 2, height - 16, `${+ long.toPrecision(1)} mm`, 'tick'));
 }
 
 /** Speeds at which a spin is stable. */
@@ -131,14 +145,21 @@ export function speedChart(of, width) {
   const chart = svg('svg', {width, height, viewBox: `0 0 ${width} ${height}`, role: 'img', class: 'chart'});
   chart.append(svg('title', {}, 'Speeds at which a small tilt does not grow'));
   const steps = ticks(0, most, width < 420 ? 3 : 5);
-  for (const speed of steps) chart.append(line(x(speed), box.top, x(speed), box.bottom, 'grid'), text(x(speed), box.bottom + 18, `${speed}`, 'tick'));
+  for (const speed of steps)
+    chart.append(line(x(speed), box.top, x(speed), box.bottom, 'grid'), text(x(speed), box.bottom + 18, `${speed}`, 'tick'));
   kinds.forEach(([words, ranges], n) => {
     const top = box.top + 6 + 34 * n;
-    chart.append(text(box.left - 10, top + 15, words, 'tick', 'end'), svg('rect', {x: box.left, y: top, width: box.right - box.left, height: 22, class: 'unstable'}));
+    chart.append(
+        text(box.left - 10, top + 15, words, 'tick', 'end'),
+        svg('rect', {x: box.left, y: top, width: box.right - box.left, height: 22, class: 'unstable'}));
     for (const {from_rpm, to_rpm} of ranges) {
       const begin = x(from_rpm), end = x(to_rpm ?? most);
       chart.append(svg('rect', {x: begin, y: top, width: Math.max(1, end - begin), height: 22, class: 'stable'}));
-      if (end - begin > 90) chart.append(text(begin + 8, top + 15, to_rpm === null ? `above ${Math.ceil(from_rpm)}` : `${Math.ceil(from_rpm)} to ${Math.floor(to_rpm)}`, 'inbar', 'start'));
+      if (end - begin > 90)
+        chart.append(text(
+            begin + 8, top + 15,
+            to_rpm === null ? `above ${Math.ceil(from_rpm)}` : `${Math.ceil(from_rpm)} to ${Math.floor(to_rpm)}`, 'inbar',
+            'start'));
     }
   });
   chart.append(text((box.left + box.right) / 2, height - 8, 'revolutions per minute', 'axis'));

@@ -3,7 +3,8 @@
 const kCrease = Math.cos(40 * Math.PI / 180);
 
 /**
- * Corners of all triangles, each with the mean normal of those triangles around its vertex that are turned by no more than a crease.
+ * Corners of all triangles, each with the mean normal of those triangles around its vertex that are turned by no more than a
+ * crease.
  * @returns {positions, normals}: nine numbers a triangle
  */
 export function shaded({positions, triangles}) {
@@ -68,8 +69,10 @@ export function crossing({positions, triangles}, normal, offset) {
     const single = a === b ? 2 : b === c ? 0 : 1;
     const p = triangles[n + single], q = triangles[n + (single + 1) % 3], r = triangles[n + (single + 2) % 3];
     const one = between(positions, height, p, q), other = between(positions, height, p, r);
-    if (height[p] >= 0) out.push(...other, ...one);
-    else out.push(...one, ...other);
+    if (height[p] >= 0)
+      out.push(...other, ...one);
+    else
+      out.push(...one, ...other);
   }
   return new Float32Array(out);
 }

@@ -35,8 +35,10 @@ export function marksOf(data, attitude, radius) {
     addMass(data, mass, found);  // over all others
   }
   for (const mark of data.view.marks ?? []) {
-    found.items.push({group: 'defects', kind: 'point', symbol: 'mark', at: mark.at_mm, label: `${mark.words} (first of ${mark.count})`});
-    if (!found.legend.some(entry => entry.group === 'defects')) found.legend.push({group: 'defects', symbol: 'mark', words: 'Defects', value: 'the first of each kind'});
+    found.items.push(
+        {group: 'defects', kind: 'point', symbol: 'mark', at: mark.at_mm, label: `${mark.words} (first of ${mark.count})`});
+    if (!found.legend.some(entry => entry.group === 'defects'))
+      found.legend.push({group: 'defects', symbol: 'mark', words: 'Defects', value: 'the first of each kind'});
   }
   return found;
 }
@@ -44,9 +46,16 @@ export function marksOf(data, attitude, radius) {
 function addMass({report}, mass, {items, legend}) {
   const before = report.solver && report.before?.centre_of_mass_mm;
   items.push({group: 'mass', kind: 'point', symbol: 'mass', at: mass, label: 'G'});
-  legend.push({group: 'mass', symbol: 'mass', words: before ? 'G: centre of mass, after' : 'G: centre of mass', value: `${place(mass)} mm`});
+  legend.push({
+    group: 'mass',
+    symbol: 'mass',
+    words: before ? 'G: centre of mass, after' : 'G: centre of mass',
+    value: `${place(mass)} mm`
+  });
   if (!before) return;
-  items.push({group: 'before', kind: 'line', from: before, to: mass}, {group: 'before', kind: 'point', symbol: 'before', at: before, label: 'solid'});
+  items.push(
+      {group: 'before', kind: 'line', from: before, to: mass},
+      {group: 'before', kind: 'point', symbol: 'before', at: before, label: 'solid'});
   legend.push({group: 'before', symbol: 'before', words: 'Centre of mass of the solid, before', value: `${place(before)} mm`});
 }
 
@@ -59,8 +68,9 @@ function addWater(mass, of, {up, waterline}, {items, legend}) {
   const height = of('metacentric_height_mm');
   if (waterline === null || !Number.isFinite(height)) return;
   const metacentre = plus(buoyancy, up, height + dot(up, plus(mass, buoyancy, -1)));
-  items.push({group: 'metacentre', kind: 'line', from: buoyancy, to: metacentre},
-             {group: 'metacentre', kind: 'point', symbol: 'metacentre', at: metacentre, label: 'M'});
+  items.push(
+      {group: 'metacentre', kind: 'line', from: buoyancy, to: metacentre},
+      {group: 'metacentre', kind: 'point', symbol: 'metacentre', at: metacentre, label: 'M'});
   legend.push({
     group: 'metacentre',
     symbol: 'metacentre',
@@ -84,19 +94,28 @@ function addSupport(mass, of, attitude, {items, legend}) {
   const angles = of('tipping_angles_rad');
   const nearest = nearestEdge(angles);
   if (plan.length > 2 && nearest >= 0)
-    items.push({group: 'tip', kind: 'line', from: corners[nearest], to: corners[(nearest + 1) % corners.length], label: `tips at ${degrees(angles[nearest])}`});
+    items.push({
+      group: 'tip',
+      kind: 'line',
+      from: corners[nearest],
+      to: corners[(nearest + 1) % corners.length],
+      label: `tips at ${degrees(angles[nearest])}`
+    });
   items.push({group: 'foot', kind: 'line', from: mass, to: foot}, {group: 'foot', kind: 'point', symbol: 'foot', at: foot});
-  legend.push({group: 'ground', symbol: 'ground', words: 'Ground', value: ''},
-              {group: 'support', symbol: 'support', words: 'Foot: where it touches the ground', value: `${plan.length} corners`});
-  if (plan.length > 2) legend.push({group: 'tip', symbol: 'tip', words: 'Edge over which it tips first', value: degrees(angles[nearest])});
+  legend.push(
+      {group: 'ground', symbol: 'ground', words: 'Ground', value: ''},
+      {group: 'support', symbol: 'support', words: 'Foot: where it touches the ground', value: `${plan.length} corners`});
+  if (plan.length > 2)
+    legend.push({group: 'tip', symbol: 'tip', words: 'Edge over which it tips first', value: degrees(angles[nearest])});
   legend.push({group: 'foot', symbol: 'foot', words: 'Straight below G', value: ''});
 }
 
 function addAxis(mass, {up, lowest_mm, highest_mm, point_mm}, radius, {items, legend}) {
   if (!point_mm) return;
   const at = height => plus(point_mm, up, height - dot(up, point_mm));
-  items.push({group: 'spin', kind: 'line', from: at(lowest_mm - 0.12 * radius), to: at(highest_mm + 0.25 * radius), label: 'axis'},
-             {group: 'spin', kind: 'point', symbol: 'contact', at: point_mm});
+  items.push(
+      {group: 'spin', kind: 'line', from: at(lowest_mm - 0.12 * radius), to: at(highest_mm + 0.25 * radius), label: 'axis'},
+      {group: 'spin', kind: 'point', symbol: 'contact', at: point_mm});
   const beside = plus(plus(mass, point_mm, -1), up, -dot(up, plus(mass, point_mm, -1)));
   legend.push({group: 'spin', symbol: 'spin', words: 'Axis of spin', value: `G is ${short(length(beside), 3)} mm beside it`});
 }
@@ -104,7 +123,9 @@ function addAxis(mass, {up, lowest_mm, highest_mm, point_mm}, radius, {items, le
 function addString(mass, {point_mm, up}, {items, legend}) {
   if (!point_mm) return;
   const below = plus(point_mm, up, dot(up, plus(mass, point_mm, -1)));
-  items.push({group: 'spin', kind: 'line', from: below, to: point_mm}, {group: 'spin', kind: 'point', symbol: 'contact', at: point_mm, label: 'hangs here'});
+  items.push(
+      {group: 'spin', kind: 'line', from: below, to: point_mm},
+      {group: 'spin', kind: 'point', symbol: 'contact', at: point_mm, label: 'hangs here'});
   legend.push({group: 'spin', symbol: 'spin', words: 'Where it hangs, and straight below', value: `${place(point_mm)} mm`});
 }
 
@@ -112,7 +133,13 @@ function addPrincipalAxes(numbers, mass, radius, kind, {items, legend}) {
   const axes = numbers.principal_axes, moments = numbers.principal_moments_g_mm2;
   if (!axes || !moments?.every(Number.isFinite)) return;
   axes.forEach((axis, n) => {
-    items.push({group: 'axes', kind: 'line', from: plus(mass, axis, -0.55 * radius), to: plus(mass, axis, 0.55 * radius), label: `${n + 1}`});
+    items.push({
+      group: 'axes',
+      kind: 'line',
+      from: plus(mass, axis, -0.55 * radius),
+      to: plus(mass, axis, 0.55 * radius),
+      label: `${n + 1}`
+    });
   });
   legend.push({
     group: 'axes',

@@ -124,11 +124,16 @@ export class Orbit {
   key(event) {
     if (event.altKey || event.metaKey || event.ctrlKey) return;
     const turns = {ArrowLeft: [kTurn, 0], ArrowRight: [-kTurn, 0], ArrowUp: [0, kTurn], ArrowDown: [0, -kTurn]};
-    if (turns[event.key]) this.turn(...turns[event.key]);
-    else if (event.key === '+' || event.key === '=') this.zoom(1 / 1.15);
-    else if (event.key === '-') this.zoom(1.15);
-    else if (event.key === 'Home') this.goHome();
-    else return;
+    if (turns[event.key])
+      this.turn(...turns[event.key]);
+    else if (event.key === '+' || event.key === '=')
+      this.zoom(1 / 1.15);
+    else if (event.key === '-')
+      this.zoom(1.15);
+    else if (event.key === 'Home')
+      this.goHome();
+    else
+      return;
     event.preventDefault();
   }
 }

@@ -34,8 +34,10 @@ export class Overlay {
   }
 
   hide(group, hidden) {
-    if (hidden) this.hidden.add(group);
-    else this.hidden.delete(group);
+    if (hidden)
+      this.hidden.add(group);
+    else
+      this.hidden.delete(group);
   }
 
   /** @param project  brings a point of the body to pixels */
@@ -73,7 +75,8 @@ function place(item, project) {
     return project(item.corners[0]);
   }
   const from = project(item.from), to = project(item.to);
-  for (const [key, value] of [['x1', from[0]], ['y1', from[1]], ['x2', to[0]], ['y2', to[1]]]) item.mark.setAttribute(key, value.toFixed(2));
+  for (const [key, value] of [['x1', from[0]], ['y1', from[1]], ['x2', to[0]], ['y2', to[1]]])
+    item.mark.setAttribute(key, value.toFixed(2));
   return to;
 }
 
@@ -99,8 +102,9 @@ export function symbol(name) {
   const dot = (attributes, ...more) => svg('g', {}, svg('circle', attributes), ...more);
   switch (name) {
     case 'mass':  // as engineers mark centres of mass
-      return dot({r: 7, class: 'paper'}, svg('path', {d: 'M0 0V-7A7 7 0 0 1 7 0ZM0 0V7A7 7 0 0 1-7 0Z', class: 'ink'}),
-                 svg('circle', {r: 7, class: 'ring'}));
+      return dot(
+          {r: 7, class: 'paper'}, svg('path', {d: 'M0 0V-7A7 7 0 0 1 7 0ZM0 0V7A7 7 0 0 1-7 0Z', class: 'ink'}),
+          svg('circle', {r: 7, class: 'ring'}));
     case 'before':
       return dot({r: 5.5, class: 'hollow'});
     case 'buoyancy':

@@ -8,7 +8,8 @@ import {sectionPicture} from './section.js';
 import {canDraw, View} from './view.js';
 import {short, units} from './words.js';
 
-const kColors = ['shell', 'cap', 'cap-hatch', 'void', 'sparse', 'sparse-hatch', 'insert', 'insert-hatch', 'water', 'ground', 'outline'];
+const kColors =
+    ['shell', 'cap', 'cap-hatch', 'void', 'sparse', 'sparse-hatch', 'insert', 'insert-hatch', 'water', 'ground', 'outline'];
 const kBodies = {
   shell: 'Outside',
   cavity: 'Cavities',
@@ -31,8 +32,11 @@ export function mount(root, data, meshes) {
 }
 
 function footer({report}) {
-  return html('footer', {}, html('p', {}, `rayrep ${report.version}. Nothing on this page was loaded from elsewhere. The 3D view is drawn with three.js, `,
-    '\u00a9 2010\u20132026 three.js authors, MIT License (its text is in this file).'));
+  return html(
+      'footer', {},
+      html(
+          'p', {}, `rayrep ${report.version}. Nothing on this page was loaded from elsewhere. The 3D view is drawn with three.js, `,
+          '\u00a9 2010\u20132026 three.js authors, MIT License (its text is in this file).'));
 }
 
 class Page {
@@ -66,10 +70,14 @@ class Page {
       this.view = new View(this.canvas, project => this.overlay.draw(project, ...this.view.size));
       this.view.glass = this.bodies.length > 1 ? 0.16 : 0.75;  // there is nothing to be seen in it
     }
-    const warning = this.drawsInSpace ? null : html('p', {class: 'warning', role: 'status'},
-      'This browser does not draw in 3D here (WebGL 2 is missing or switched off). Below is a section of the body; all figures are there as well.');
-    this.stageSection = html('section', {class: 'look', 'aria-label': 'View'}, warning, this.stage, this.controls(), this.legend,
-      html('p', {class: 'fine'}, this.rounding()));
+    const warning = this.drawsInSpace ?
+        null :
+        html(
+            'p', {class: 'warning', role: 'status'}, 'This browser does not draw in 3D here (WebGL 2 is missing or switched off). ',
+            'Below is a section of the body; all figures are there as well.');
+    this.stageSection = html(
+        'section', {class: 'look', 'aria-label': 'View'}, warning, this.stage, this.controls(), this.legend,
+        html('p', {class: 'fine'}, this.rounding()));
   }
 
   rounding() {
@@ -77,8 +85,9 @@ class Page {
     const coarse = this.bodies.filter(body => body.shown < body.triangles);
     const count = n => n.toLocaleString('en');
     return `The view is rounded: coordinates to ${rounding_mm < 1e-3 ? rounding_mm.toPrecision(1) : short(rounding_mm, 3)} mm` +
-      coarse.map(body => `, ${kBodies[body.what].toLowerCase()} to ${count(body.shown)} of ${count(body.triangles)} triangles`).join('') +
-      '. The figures are those of the file itself.';
+        coarse.map(body => `, ${kBodies[body.what].toLowerCase()} to ${count(body.shown)} of ${count(body.triangles)} triangles`)
+            .join('') +
+        '. The figures are those of the file itself.';
   }
 
   radios(name, words, choices, chosen, pick) {
@@ -87,7 +96,9 @@ class Page {
       input.addEventListener('change', () => pick(value));
       return html('label', {}, input, html('span', {}, label));
     });
-    return html('div', {class: 'choice', role: 'radiogroup', 'aria-label': words}, html('span', {class: 'name'}, words), html('div', {class: 'segments'}, inputs));
+    return html(
+        'div', {class: 'choice', role: 'radiogroup', 'aria-label': words}, html('span', {class: 'name'}, words),
+        html('div', {class: 'segments'}, inputs));
   }
 
   controls() {
@@ -100,24 +111,38 @@ class Page {
       this.cut();
     });
     this.axis = this.drawsInSpace ? 'none' : 'y';
-    const cuts = [['none', 'none', 'No cut'], ...kAxes.map(axis => [axis, axis, `Cut across ${axis}`])].slice(this.drawsInSpace ? 0 : 1);
-    const pose = this.attitudes.length > 1 ? this.radios('pose', 'Pose',
-      this.attitudes.map((attitude, n) => [`${n}`, `${n + 1}`, `Pose ${n + 1}: ${attitude.words}`]), '0', n => this.show(this.attitudes[+n])) : null;
+    const cuts =
+        [['none', 'none', 'No cut'], ...kAxes.map(axis => [axis, axis, `Cut across ${axis}`])].slice(this.drawsInSpace ? 0 : 1);
+    const pose = this.attitudes.length > 1 ?
+        this.radios(
+            'pose', 'Pose', this.attitudes.map((attitude, n) => [`${n}`, `${n + 1}`, `Pose ${n + 1}: ${attitude.words}`]), '0',
+            n => this.show(this.attitudes[+n])) :
+        null;
     this.poseWords = this.attitudes.length > 1 ? html('p', {class: 'pose'}) : null;
-    const looks = this.drawsInSpace ? html('div', {class: 'choice'}, html('span', {class: 'name'}, 'Look'), html('div', {class: 'buttons'},
-      ['Home', 'Front', 'Side', 'Top'].map(from => {
-        const button = html('button', {type: 'button', class: 'plain'}, from);
-        button.addEventListener('click', () => this.lookFrom(from));
-        return button;
-      }))) : null;
-    const glass = html('input', {type: 'range', min: 0, max: 100, value: 100 * (this.view?.glass ?? 0), 'aria-label': 'How opaque the outside is'});
+    const looks = this.drawsInSpace ? html(
+                                          'div', {class: 'choice'}, html('span', {class: 'name'}, 'Look'),
+                                          html('div', {class: 'buttons'}, ['Home', 'Front', 'Side', 'Top'].map(from => {
+                                            const button = html('button', {type: 'button', class: 'plain'}, from);
+                                            button.addEventListener('click', () => this.lookFrom(from));
+                                            return button;
+                                          }))) :
+                                      null;
+    const glass = html(
+        'input',
+        {type: 'range', min: 0, max: 100, value: 100 * (this.view?.glass ?? 0), 'aria-label': 'How opaque the outside is'});
     glass.addEventListener('input', () => {
       this.view.glass = glass.value / 100;
       this.view.change();
     });
-    return html('div', {class: 'controls'}, pose, this.poseWords,
-      html('div', {class: 'choice cut'}, this.radios('cut', 'Cut', cuts, this.axis, axis => this.chooseCut(axis)), this.range, this.cutAt, this.flip),
-      looks, this.drawsInSpace ? html('label', {class: 'choice'}, html('span', {class: 'name'}, 'Outside'), glass, html('small', {}, 'clear to solid')) : null);
+    return html(
+        'div', {class: 'controls'}, pose, this.poseWords,
+        html(
+            'div', {class: 'choice cut'}, this.radios('cut', 'Cut', cuts, this.axis, axis => this.chooseCut(axis)), this.range,
+            this.cutAt, this.flip),
+        looks,
+        this.drawsInSpace ?
+            html('label', {class: 'choice'}, html('span', {class: 'name'}, 'Outside'), glass, html('small', {}, 'clear to solid')) :
+            null);
   }
 
   // --------------------------------------------------------------------------------------------------------------------- doing
@@ -149,24 +174,32 @@ class Page {
   }
 
   buildLegend(marks) {
-    const bodies = this.bodies.filter((body, n, all) => all.findIndex(other => other.what === body.what && other.words === body.words) === n)
-      .map(body => ({group: body.what, swatch: body.what, words: kBodies[body.what], value: units(body.words)}));
-    this.legend.replaceChildren(...[...bodies, ...marks].map(({group, symbol: mark, swatch, words, value, off}) => {
-      const box = html('input', {type: 'checkbox', checked: !off});
-      const hide = () => {
-        this.overlay.hide(group, !box.checked);
-        this.view?.hide(group, !box.checked);
-        if (!this.view) this.drawSection();
-      };
-      box.addEventListener('change', hide);
-      hide();
-      if (!this.drawsInSpace && (group === 'shell' || group === 'cavity')) return null;
-      const area = {water: 'water', ground: 'ground', support: 'support'}[mark] ?? swatch;
-      const lines = {axes: 'axes', spin: 'spin', tip: 'tip'}[mark];
-      const sign = area ? html('span', {class: `swatch ${area}`}) : svg('svg', {viewBox: '-10 -10 20 20', class: 'sign'},
-        lines ? svg('line', {x1: -9, y1: 0, x2: 9, y2: 0, class: `mark line ${lines}`}) : svg('g', {class: `mark ${group} point`}, symbol(mark)));
-      return html('li', {}, html('label', {}, box, sign, html('span', {class: 'words'}, words, value ? html('small', {}, value) : null)));
-    }).filter(Boolean));
+    const bodies =
+        this.bodies.filter((body, n, all) => all.findIndex(other => other.what === body.what && other.words === body.words) === n)
+            .map(body => ({group: body.what, swatch: body.what, words: kBodies[body.what], value: units(body.words)}));
+    this.legend.replaceChildren(
+        ...[...bodies, ...marks]
+            .map(({group, symbol: mark, swatch, words, value, off}) => {
+              const box = html('input', {type: 'checkbox', checked: !off});
+              const hide = () => {
+                this.overlay.hide(group, !box.checked);
+                this.view?.hide(group, !box.checked);
+                if (!this.view) this.drawSection();
+              };
+              box.addEventListener('change', hide);
+              hide();
+              if (!this.drawsInSpace && (group === 'shell' || group === 'cavity')) return null;
+              const area = {water: 'water', ground: 'ground', support: 'support'}[mark] ?? swatch;
+              const lines = {axes: 'axes', spin: 'spin', tip: 'tip'}[mark];
+              const sign = area ? html('span', {class: `swatch ${area}`}) :
+                                  svg('svg', {viewBox: '-10 -10 20 20', class: 'sign'},
+                                      lines ? svg('line', {x1: -9, y1: 0, x2: 9, y2: 0, class: `mark line ${lines}`}) :
+                                              svg('g', {class: `mark ${group} point`}, symbol(mark)));
+              return html(
+                  'li', {},
+                  html('label', {}, box, sign, html('span', {class: 'words'}, words, value ? html('small', {}, value) : null)));
+            })
+            .filter(Boolean));
   }
 
   lookFrom(from) {
@@ -215,8 +248,10 @@ class Page {
 
   fit() {
     const {width, height} = this.stage.getBoundingClientRect();
-    if (this.view) this.view.resize(Math.round(width), Math.round(height), devicePixelRatio);
-    else this.drawSection();
+    if (this.view)
+      this.view.resize(Math.round(width), Math.round(height), devicePixelRatio);
+    else
+      this.drawSection();
   }
 
   /** Without WebGL. */
@@ -227,8 +262,9 @@ class Page {
     const [right, front, up] = this.attitude.to_ground;
     const level = Math.abs(dot(normal, up)) > 0.7;
     const across = Math.abs(dot(normal, right)) > 0.7 ? front : right;
-    const {picture, project} = sectionPicture(this.bodies.filter(body => !this.overlay.hidden.has(body.what)), this.cutPlane,
-      {across, upwards: level ? front : up}, [width, height]);
+    const {picture, project} = sectionPicture(
+        this.bodies.filter(body => !this.overlay.hidden.has(body.what)), this.cutPlane, {across, upwards: level ? front : up},
+        [width, height]);
     this.overlay.draw(project, width, height);
     this.over.querySelector('.section')?.remove();
     picture.classList.add('section');

@@ -20,14 +20,16 @@ export function sectionPicture(bodies, cut, {across, upwards}, [width, height]) 
     ends[3] = Math.max(ends[3], y);
   }
   const scale = 0.86 * Math.min(width / Math.max(1e-9, ends[1] - ends[0]), height / Math.max(1e-9, ends[3] - ends[2]));
-  const project = p => [
-    width / 2 + scale * (dot(p, across) - (ends[0] + ends[1]) / 2), height / 2 - scale * (dot(p, upwards) - (ends[2] + ends[3]) / 2)
-  ];
+  const project = p =>
+      [width / 2 + scale * (dot(p, across) - (ends[0] + ends[1]) / 2),
+       height / 2 - scale * (dot(p, upwards) - (ends[2] + ends[3]) / 2)];
   const outline = mesh => loopsOf(crossing(mesh, cut.normal, cut.offset))
-    .map(loop => `M${loop.map(p => project(p).map(n => n.toFixed(1)).join(' ')).join('L')}Z`).join('');
+                              .map(loop => `M${loop.map(p => project(p).map(n => n.toFixed(1)).join(' ')).join('L')}Z`)
+                              .join('');
   const material = bodies.filter(body => body.what === 'shell' || body.what === 'cavity').map(body => outline(body.mesh)).join('');
   const picture = svg('g', {}, svg('path', {class: 'material', d: material || 'M0 0', 'fill-rule': 'evenodd'}));
   for (const body of bodies)
-    if (body.what !== 'shell' && body.what !== 'cavity') picture.append(svg('path', {class: body.what, d: outline(body.mesh) || 'M0 0', 'fill-rule': 'evenodd'}));
+    if (body.what !== 'shell' && body.what !== 'cavity')
+      picture.append(svg('path', {class: body.what, d: outline(body.mesh) || 'M0 0', 'fill-rule': 'evenodd'}));
   return {picture, project};
 }

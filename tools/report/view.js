@@ -1,16 +1,22 @@
 // The bodies in 3D: glass outside, what is inside of it solid, and a section with what it cuts filled.
 
+// clang-format off
 import {
-  AlwaysStencilFunc, BackSide, BufferAttribute, BufferGeometry, Color, DecrementWrapStencilOp, DoubleSide, EqualStencilFunc, FrontSide,
-  IncrementWrapStencilOp, KeepStencilOp, LineBasicMaterial, LineSegments, Mesh, NotEqualStencilFunc, PerspectiveCamera, Plane, Scene,
-  ShaderMaterial, Vector4, WebGLRenderer
+  AlwaysStencilFunc, BackSide, BufferAttribute, BufferGeometry, Color, DecrementWrapStencilOp, DoubleSide, EqualStencilFunc,
+  FrontSide, IncrementWrapStencilOp, KeepStencilOp, LineBasicMaterial, LineSegments, Mesh, NotEqualStencilFunc, PerspectiveCamera,
+  Plane, Scene, ShaderMaterial, Vector4, WebGLRenderer
 } from 'three';
+// clang-format on
 
 import {crossing, dot, length, plus, shaded} from './geometry.js';
 import {distanceFor, Orbit} from './orbit.js';
 import {kCap, kDisc, kSurface} from './shaders.js';
 
-const kBehindLines = {polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 2};
+const kBehindLines = {
+  polygonOffset: true,
+  polygonOffsetFactor: 1,
+  polygonOffsetUnits: 2
+};
 const kNowhere = [0, 0, 0, 1];  // a cut that takes nothing away
 
 /** Whether this browser draws in 3D here. */
@@ -121,8 +127,10 @@ export class View {
   }
 
   hide(what, hidden) {
-    if (hidden) this.hidden.add(what);
-    else this.hidden.delete(what);
+    if (hidden)
+      this.hidden.add(what);
+    else
+      this.hidden.delete(what);
     this.change();
   }
 
@@ -161,26 +169,30 @@ export class View {
       result.add(...meshes);
       return result;
     };
-    const flat = (disc, color, opacity, stencil) => new Mesh(disc, new ShaderMaterial({
-      vertexShader: kDisc.vertex,
-      fragmentShader: kDisc.fragment,
-      uniforms: {uColor: {value: this.color(color)}, uOpacity: {value: opacity}, uCut: {value: new Vector4(...kNowhere)}},
-      transparent: true,
-      depthWrite: false,
-      side: DoubleSide,
-      ...stencil
-    }));
+    const flat = (disc, color, opacity, stencil) => new Mesh(
+        disc, new ShaderMaterial({
+          vertexShader: kDisc.vertex,
+          fragmentShader: kDisc.fragment,
+          uniforms: {uColor: {value: this.color(color)}, uOpacity: {value: opacity}, uCut: {value: new Vector4(...kNowhere)}},
+          transparent: true,
+          depthWrite: false,
+          side: DoubleSide,
+          ...stencil
+        }));
     const inside = this.bodies.filter(body => body.what !== 'shell');
     const outside = this.bodies.filter(body => body.what === 'shell');
     this.scenes = {
-      inside: inside.map(body => ({
-        what: body.what,
-        scene: scene(new Mesh(body.geometry, this.surface(kColors[body.what], 1, 0, {side: DoubleSide, ...kBehindLines})))
-      })),
+      inside: inside.map(
+          body => ({
+            what: body.what,
+            scene: scene(new Mesh(body.geometry, this.surface(kColors[body.what], 1, 0, {side: DoubleSide, ...kBehindLines})))
+          })),
       // The nearest of it alone, so that folds behind each other do not add up.
-      depth: scene(...outside.map(body => new Mesh(body.geometry, this.surface('shell', 1, 0, {side: FrontSide, colorWrite: false, ...kBehindLines})))),
+      depth: scene(...outside.map(
+          body => new Mesh(body.geometry, this.surface('shell', 1, 0, {side: FrontSide, colorWrite: false, ...kBehindLines})))),
       glass: scene(...outside.map(
-          body => new Mesh(body.geometry, this.surface('shell', this.glass, 0.75, {side: FrontSide, transparent: true, depthWrite: false})))),
+          body => new Mesh(
+              body.geometry, this.surface('shell', this.glass, 0.75, {side: FrontSide, transparent: true, depthWrite: false})))),
       phases: this.phases(scene)
     };
     const {waterline, ground, up} = this.attitude;
@@ -188,16 +200,18 @@ export class View {
       const disc = discOf(this.attitude, waterline, this.target(), 1.6 * this.radius);
       this.scenes.wet = this.counting(scene, outside, [...up, waterline]);
       // Around the hull, and where it is taken away.
-      const [around, within] = [EqualStencilFunc, NotEqualStencilFunc].map(stencilFunc => flat(disc, 'water', 0.34, {
-        stencilWrite: true, stencilFunc, stencilRef: 0, stencilFail: KeepStencilOp, stencilZPass: KeepStencilOp
-      }));
+      const [around, within] = [EqualStencilFunc, NotEqualStencilFunc].map(
+          stencilFunc => flat(
+              disc, 'water', 0.34,
+              {stencilWrite: true, stencilFunc, stencilRef: 0, stencilFail: KeepStencilOp, stencilZPass: KeepStencilOp}));
       this.scenes.water = scene(around);
       this.scenes.instead = scene(within);
       const line = outside.map(body => crossing(body.mesh, up, waterline));
       this.scenes.waterline = scene(...line.map(stretches => this.line(stretches, 'water')));
       for (const one of this.scenes.waterline.children) one.material.clippingPlanes = [this.kept];
     }
-    if (ground !== null) this.scenes.ground = scene(flat(discOf(this.attitude, ground, this.target(), 1.5 * this.radius), 'ground', 0.3));
+    if (ground !== null)
+      this.scenes.ground = scene(flat(discOf(this.attitude, ground, this.target(), 1.5 * this.radius), 'ground', 0.3));
     this.outlines = null;
   }
 
@@ -211,7 +225,9 @@ export class View {
     return new LineSegments(geometry, new LineBasicMaterial({color: this.color(color)}));
   }
 
-  /** Counts in the stencil how often a line of sight enters and leaves what is below a plane: not 0 where the plane cuts material. */
+  /**
+   * Counts in the stencil how often a line of sight enters and leaves what is below a plane: not 0 where the plane cuts material.
+   */
   counting(scene, bodies, plane) {
     const passes = [[BackSide, IncrementWrapStencilOp], [FrontSide, DecrementWrapStencilOp]];
     return scene(...bodies.flatMap(body => passes.map(([side, op]) => {
@@ -237,17 +253,18 @@ export class View {
     for (const body of this.bodies)
       if (body.what !== 'shell' && body.what !== 'cavity') groups.push([kColors[body.what], [body]]);
     return groups.filter(([, bodies]) => bodies.length && bodies.every(body => body.closed)).map(([color, bodies]) => {
-      const cap = new Mesh(new BufferGeometry(), new ShaderMaterial({
-        vertexShader: kCap.vertex,
-        fragmentShader: kCap.fragment,
-        uniforms: {uColor: {value: this.color(color)}, uHatch: {value: this.color(`${color}-hatch`)}, uPitch: {value: 9}},
-        side: DoubleSide,
-        ...kBehindLines,
-        stencilWrite: true,
-        stencilFunc: NotEqualStencilFunc,
-        stencilRef: 0,
-        stencilZPass: KeepStencilOp
-      }));
+      const cap = new Mesh(
+          new BufferGeometry(), new ShaderMaterial({
+            vertexShader: kCap.vertex,
+            fragmentShader: kCap.fragment,
+            uniforms: {uColor: {value: this.color(color)}, uHatch: {value: this.color(`${color}-hatch`)}, uPitch: {value: 9}},
+            side: DoubleSide,
+            ...kBehindLines,
+            stencilWrite: true,
+            stencilFunc: NotEqualStencilFunc,
+            stencilRef: 0,
+            stencilZPass: KeepStencilOp
+          }));
       return {what: bodies[0].what, bodies, count: this.counting(scene, bodies, kNowhere), cap, capScene: scene(cap)};
     });
   }
@@ -332,7 +349,12 @@ export class View {
   }
 }
 
-const kColors = {cavity: 'void', sparse: 'sparse', insert: 'insert', plug: 'insert'};
+const kColors = {
+  cavity: 'void',
+  sparse: 'sparse',
+  insert: 'insert',
+  plug: 'insert'
+};
 
 /** Points that stand for all: every vertex, or of many some. */
 function someOf(positions) {

@@ -10,14 +10,16 @@ const kAny = {
   mass_error: ['It weighs what it displaces at its waterline.', 'It does not weigh what it displaces at this waterline.'],
   metacentric_height: ['A small tilt is righted.', 'A small tilt is not righted: it turns over.'],
   settled_tilt: ['Let go tilted, it comes back upright.', 'Let go tilted, it does not come back upright.'],
-  reserve: ['It still does with 1 % more plastic, as prints often have.', 'With 1 % more plastic, as prints often have, it does not.'],
+  reserve:
+      ['It still does with 1 % more plastic, as prints often have.', 'With 1 % more plastic, as prints often have, it does not.'],
   inserts_fit: ['What is put in has room.', 'What is put in has no room.'],
   supported: ['It touches the ground in an area.', 'It touches the ground only in a point or an edge.'],
   inside: ['Its centre of mass lies over its foot.', 'Its centre of mass does not lie over its foot: it falls.'],
   most_mass: ['It is no heavier than allowed.', 'It is heavier than allowed.'],
   centre: ['Its centre of mass lies in the middle of the yo-yo.', 'Its centre of mass does not lie in the middle of the yo-yo.'],
   axis_angle: ['It is balanced about its axis.', 'It is not balanced about its axis: it wobbles.'],
-  axis_class: ['Its weight lies around the axis as a steady spin needs it.', 'Its weight lies around the axis as in a body that tumbles.'],
+  axis_class:
+      ['Its weight lies around the axis as a steady spin needs it.', 'Its weight lies around the axis as in a body that tumbles.'],
   stable_speeds: ['There are speeds at which it spins steadily.', 'There is no speed at which it spins steadily.'],
   simulated_tilt: ['Spun and kicked in a simulation, it stays upright.', 'Spun and kicked in a simulation, it leans over.'],
   hangs: ['It hangs straight.', 'It does not hang straight.'],
@@ -26,7 +28,8 @@ const kAny = {
 };
 
 const kOffset = {
-  floats: ['Weight and buoyancy act on one vertical: it floats level.', 'Weight and buoyancy do not act on one vertical: it heels.'],
+  floats:
+      ['Weight and buoyancy act on one vertical: it floats level.', 'Weight and buoyancy do not act on one vertical: it heels.'],
   spins: ['Its centre of mass lies on the axis.', 'Its centre of mass does not lie on the axis.'],
   stands: ['Its centre of mass lies over its target.', 'Its centre of mass does not lie over its target.']
 };
@@ -40,15 +43,31 @@ export function plainWords({name, words, pass}, attitudes) {
   return pose && known ? `Pose ${pose}: ${sentence}` : sentence;
 }
 
-const kRaised = {'-': '\u207b', 0: '\u2070', 1: '\u00b9', 2: '\u00b2', 3: '\u00b3', 4: '\u2074', 5: '\u2075', 6: '\u2076', 7: '\u2077', 8: '\u2078', 9: '\u2079'};
+const kRaised = {
+  '-': '\u207b',
+  0: '\u2070',
+  1: '\u00b9',
+  2: '\u00b2',
+  3: '\u00b3',
+  4: '\u2074',
+  5: '\u2075',
+  6: '\u2076',
+  7: '\u2077',
+  8: '\u2078',
+  9: '\u2079'
+};
 const raised = digits => [...digits].map(digit => kRaised[digit]).join('');
 
 /** "mm3" and "1.00e-03" as people write them. */
-export const units = text => text.replace(/\b(mm|cm)([234])\b/g, (_, unit, power) => unit + raised(power))
-  .replace(/(^|[\s(])-(?=\d)/g, '$1\u2212')
-  .replace(/\b(\d+(?:\.\d+)?)e([+-]\d+)\b/g, (_, number, power) => +power ? `${number}\u00a0\u00d7\u00a010${raised(`${+power}`)}` : number);
+export const units = text =>
+    text.replace(/\b(mm|cm)([234])\b/g, (_, unit, power) => unit + raised(power))
+        .replace(/(^|[\s(])-(?=\d)/g, '$1\u2212')
+        .replace(
+            /\b(\d+(?:\.\d+)?)e([+-]\d+)\b/g,
+            (_, number, power) => +power ? `${number}\u00a0\u00d7\u00a010${raised(`${+ power}`)}` : number);
 
 /** At most `digits` after the point, with a minus sign of its own. */
-export const short = (x, digits = 2) => Number.isFinite(x) ? x.toFixed(digits).replace(/^-(0\.?0*)$/, '$1').replace('-', '\u2212') : '\u2013';
+export const short = (x, digits = 2) =>
+    Number.isFinite(x) ? x.toFixed(digits).replace(/^-(0\.?0*)$/, '$1').replace('-', '\u2212') : '\u2013';
 export const degrees = (rad, digits = 1) => `${short(rad * 180 / Math.PI, digits)}\u00b0`;
 export const place = p => p.map(x => short(x)).join(', ');
