@@ -142,8 +142,8 @@ using Hashes = std::map<std::string, std::string>;
 /// @throws Error{usage} with the job
 Planned plan_job(const Job& job, Hashes& hashes) {
   const auto refuse = [&job](const std::string& why) { throw Error(ErrorCode::usage, "Job " + job.id + ": " + why); };
-  static const std::set<std::string> ours = {"output", "report", "quiet", "verbose", "json",      "threads",    "help",
-                                             "gcode",  "urdf",   "mjcf",  "suggest", "no-advice", "save-config"};
+  static const std::set<std::string> ours = {"output", "report", "html", "quiet", "verbose", "json",      "threads",
+                                             "help",   "gcode",  "urdf", "mjcf",  "suggest", "no-advice", "save-config"};
   for (const auto& [name, value] : job.options)
     if (ours.contains(name)) refuse("--" + name + " is for batch to say: leave it out.");
   std::vector<std::string> words = job.words();
