@@ -145,28 +145,44 @@ const char* name_of(Pose::Kind kind) {
       return "hangs";
     case Pose::Kind::floats:
       return "floats";
+    case Pose::Kind::spins:
+      return "spins";
     case Pose::Kind::rights:
       break;
   }
   return "rights itself";
 }
 
-/// For JSON.
-std::vector<Record> records(const PoseSpec& spec) {
+/// What a verdict was held to, of that type; null: it was not.
+template <typename T>
+const T* wanted_of(const Verdict& verdict, const char* name) {
+  for (const Figure& figure : verdict.wanted)
+    if (figure.name == name) return std::get_if<T>(&figure.value);
+  return nullptr;
+}
+
+void add_point(const Eigen::Vector3d& point_mm, Record& record) {
+  record.emplace_back("point_x_mm", point_mm.x());
+  record.emplace_back("point_y_mm", point_mm.y());
+  record.emplace_back("point_z_mm", point_mm.z());
+}
+
+/// For JSON. @param judged  each of the poses, with what was left open; none: they were not
+std::vector<Record> records(const PoseSpec& spec, const std::vector<Verdict>& judged) {
   std::vector<Record> all;
-  for (const Pose& pose : spec.poses) {
+  for (std::size_t n = 0; n < spec.poses.size(); ++n) {
+    const Pose& pose = spec.poses[n];
     const Eigen::Vector3d up = pose.up_or(spec.up);
     Record record = {{"words", words_of(pose, spec.up)},
                      {"kind", std::string(name_of(pose.kind))},
                      {"up_x", up.x()},
                      {"up_y", up.y()},
                      {"up_z", up.z()}};
-    if (pose.waterline_mm) record.emplace_back("waterline_mm", *pose.waterline_mm);
-    if (pose.kind == Pose::Kind::hangs) {
-      record.emplace_back("point_x_mm", pose.point_mm.x());
-      record.emplace_back("point_y_mm", pose.point_mm.y());
-      record.emplace_back("point_z_mm", pose.point_mm.z());
-    }
+    const double* waterline_mm = n < judged.size() ? wanted_of<double>(judged[n], "waterline_mm") : nullptr;
+    if (pose.waterline_mm || waterline_mm) record.emplace_back("waterline_mm", waterline_mm ? *waterline_mm : *pose.waterline_mm);
+    const auto* contact_mm = n < judged.size() ? wanted_of<std::vector<double>>(judged[n], "contact_mm") : nullptr;
+    if (pose.kind == Pose::Kind::hangs) add_point(pose.point_mm, record);
+    if (contact_mm && contact_mm->size() == 3) add_point({(*contact_mm)[0], (*contact_mm)[1], (*contact_mm)[2]}, record);
     all.push_back(std::move(record));
   }
   return all;
@@ -182,7 +198,7 @@ void describe(PoseVerdict& verdict) {
   }
   verdict.headline += print_words(spec.print);
   verdict.wanted = {{.name = "up", .words = "", .value = list(spec.up)},
-                    {.name = "poses", .words = "", .value = records(spec)},
+                    {.name = "poses", .words = "", .value = records(spec, verdict.poses)},
                     {.name = "fluid_g_cm3", .words = "", .unit = Unit::g_cm3, .value = spec.fluid_g_cm3}};
   add_print(spec.print, verdict.wanted);
 }

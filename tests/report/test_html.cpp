@@ -421,10 +421,11 @@ TEST(Html, TellsEveryPose) {
   PoseSpec spec;
   spec.poses = {{.kind = Pose::Kind::hangs, .point_mm = {1, 2, 40}},
                 {.kind = Pose::Kind::floats, .up = Eigen::Vector3d(0, 1, 0)},
-                {.kind = Pose::Kind::rights}};
+                {.kind = Pose::Kind::rights},
+                {.kind = Pose::Kind::spins}};
   const Egg egg{spec};
   const Json attitudes = data_of(to_html(egg.report, egg.body))["view"]["attitudes"];
-  ASSERT_EQ(attitudes.size(), 3u);
+  ASSERT_EQ(attitudes.size(), 4u);
   EXPECT_EQ(attitudes[0]["kind"], "hangs");
   EXPECT_EQ(vector_of(attitudes[0]["point_mm"]), Eigen::Vector3d(1, 2, 40));
   EXPECT_EQ(attitudes[0]["prefix"], "pose_1_");
@@ -432,6 +433,10 @@ TEST(Html, TellsEveryPose) {
   EXPECT_EQ(vector_of(attitudes[1]["up"]), Eigen::Vector3d(0, 1, 0));
   EXPECT_EQ(attitudes[2]["kind"], "rights itself");
   EXPECT_NE(attitudes[2]["words"].get<std::string>(), "");
+  EXPECT_EQ(attitudes[3]["kind"], "spins");
+  EXPECT_NEAR((vector_of(attitudes[3]["point_mm"]) - Eigen::Vector3d(0, 0, -16)).norm(), 0, 1e-9);
+  // Where nobody has said at which waterline it floats, that at which it was judged.
+  EXPECT_GT(attitudes[1]["waterline_mm"].get<double>(), 0);
 }
 
 TEST(Html, ShowsWhatIsPutInAndWhatIsSparse) {

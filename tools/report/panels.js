@@ -18,14 +18,16 @@ const kGoals = {
   'yo-yo': 'spins as a yo-yo',
   stand: 'stands',
   target: 'has the numbers wanted',
-  pose: 'rests in its poses'
+  pose: 'does what it shall in its poses',
+  dice: 'rolls as a die should'
 };
 const kMade = {
   float: 'made to float',
   spin: 'made to spin',
   stand: 'made to stand',
   target: 'made to have given numbers',
-  pose: 'made for poses'
+  pose: 'made for poses',
+  dice: 'made to roll'
 };
 
 /** First of all: whether it does what it is for. */

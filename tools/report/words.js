@@ -24,6 +24,9 @@ const kAny = {
   simulated_tilt: ['Spun and kicked in a simulation, it stays upright.', 'Spun and kicked in a simulation, it leans over.'],
   hangs: ['It hangs straight.', 'It does not hang straight.'],
   righted: ['It rights itself from wherever it is let go.', 'It does not right itself from everywhere.'],
+  faces: ['It comes to rest on all the faces wanted.', 'It does not come to rest on as many faces as wanted.'],
+  fairness: ['Its faces come up equally often, as far as asked for.', 'Some faces come up more often than others.'],
+  load: ['The loaded face comes up as often as wanted.', 'The loaded face does not come up as often as wanted.'],
   least_tip: ['It stands in all poses at least as safely as asked for.', 'It does not stand in all poses as safely as asked for.']
 };
 
