@@ -22,7 +22,7 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME librayrep-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 # What a program that is linked to it statically asks for again (rayrep-config.cmake).
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
-    "libeigen3-dev, libtbb-dev, libembree-dev, libopenvdb-dev, coinor-libipopt-dev, libboost-dev, libzip-dev, libpng-dev, libpugixml-dev, pkg-config")
+    "libeigen3-dev, libtbb-dev, libembree-dev, libopenvdb-dev, coinor-libipopt-dev, libboost-dev, libzip-dev, libpng-dev, libcairo2-dev, libpugixml-dev, pkg-config")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
     "rayrep as a C++ library\n Static library, headers and CMake package: find_package(rayrep) gives the\n target rayrep::rayrep.")
 include(CPack)

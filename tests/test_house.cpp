@@ -30,6 +30,7 @@ const std::map<std::string, std::set<std::string>> kFolders = {
     {"make", {"base", "mesh", "physics", "rays", "solve"}},
     {"shape", {"base", "mesh", "physics", "rays", "solve", "make"}},
     {"print", {"base", "mesh", "io", "physics"}},
+    {"draw", {"base", "mesh", "physics"}},
     {"judge", {"base", "mesh", "io", "physics"}},
     {"advice", {"base", "mesh", "physics", "rays", "solve", "make", "shape", "judge"}},
     {"report", {"base", "mesh", "io", "physics", "rays", "solve", "make", "print", "judge"}},
@@ -46,6 +47,7 @@ const std::map<std::string, std::set<std::string>> kThirdParty = {
     {"pugixml.hpp", {"mesh_io_3mf"}},
     {"zip.h", {"archive"}},
     {"png.h", {"png_rows"}},
+    {"cairo.h", {"drawing_png"}},
     {"nlohmann/", {"json", "html"}},
     {"fmt/", {"text", "words"}},
     {"boost/", {}},
@@ -67,8 +69,8 @@ const std::vector<std::string> kNeverInLibrary = {
 };
 
 const std::vector<std::string> kNeverInPublicHeaders = {
-    R"(\btbb::)",   R"(\bnlohmann\b)", R"(\bopenvdb\b)", R"(\bRTC[A-Z]\w*)", R"(\bIpopt\b)",
-    R"(\bboost::)", R"(\bpugi::)",     R"(\bzip_t\b)",   R"(\bpng_\w+)",     R"(\busing namespace\b)",
+    R"(\btbb::)",  R"(\bnlohmann\b)", R"(\bopenvdb\b)", R"(\bRTC[A-Z]\w*)", R"(\bIpopt\b)",           R"(\bboost::)",
+    R"(\bpugi::)", R"(\bzip_t\b)",    R"(\bpng_\w+)",   R"(\bcairo_\w+)",   R"(\busing namespace\b)",
 };
 
 enum class Place { public_header, library_source };

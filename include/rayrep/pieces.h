@@ -28,6 +28,9 @@
 #include "rayrep/solve/solve_octree.h"    // split and merge
 #include "rayrep/solve/solve_target.h"    // targets, with weights that converge
 
+#include "rayrep/draw/bead_bars.h"        // what a nozzle lays down -> triangles
+#include "rayrep/draw/shading.h"          // triangles -> pixels
+
 #include "rayrep/make/waterline.h"        // which waterlines can be met
 #include "rayrep/make/cavity.h"           // solution -> mesh of the cavity
 // clang-format on

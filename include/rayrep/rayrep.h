@@ -48,6 +48,11 @@
 #include "rayrep/print/slicer.h"             // a slicer, run as a program
 #include "rayrep/print/place_print.h"        // where in a print the mesh is
 
+#include "rayrep/draw/marks.h"               // what a picture shows besides the surface
+#include "rayrep/draw/drawing.h"             // pictures as SVG and PNG
+#include "rayrep/draw/section_picture.h"     // sections drawn to scale
+#include "rayrep/draw/body_picture.h"        // a body before, deformed and after; thumbnails
+
 #include "rayrep/judge/verify.h"             // what a mesh is found to be
 
 #include "rayrep/advice/suggest.h"           // what would do when a goal is out of reach

@@ -287,6 +287,11 @@ private:
     outline_.add(from.head<2>(), to.head<2>(), width_mm);
   }
 
+  /// A straight piece, or a chord of an arc.
+  void keep(const Bead& bead) {
+    if (options_.keep_beads && result_.features[feature_].of_body) result_.beads.push_back(bead);
+  }
+
   void end_layer() {
     outline_.end_layer(outline_top_mm_, outline_height_mm_, result_.layers);
     outline_height_mm_ = 0;
@@ -304,7 +309,9 @@ private:
     }
     const double height = height_at(to.z());
     const double width = width_mm_.value_or(volume / (length * height));
-    lay_down(bead_moments(Bead{from, to, volume, width, height}), length, to.z(), height);
+    const Bead bead{from, to, volume, width, height};
+    lay_down(bead_moments(bead), length, to.z(), height);
+    keep(bead);
     outline(from, to, width, height);
   }
 
@@ -347,6 +354,7 @@ private:
       Eigen::Vector3d next = to;
       if (n < pieces) next.head<2>() = bead.centre_mm + bead.radius_mm * Eigen::Vector2d(std::cos(angle), std::sin(angle));
       outline(before, next, bead.width_mm, bead.height_mm);
+      keep({before, next, volume / pieces, bead.width_mm, bead.height_mm});
       before = next;
     }
   }

@@ -33,6 +33,7 @@ MeshFile read_off(const FileBytes& file, const ReadOptions& options);
 bool is_3mf(std::string_view bytes);
 MeshFile read_3mf(const FileBytes& file, const ReadOptions& options);
 std::string encode_3mf(const Mesh& mesh);
+std::string encode_3mf(const Mesh& mesh, const std::string& thumbnail_png);
 std::string encode_3mf(const Delivery& delivery, ThreeMfFlavor flavor);
 }  // namespace detail
 
@@ -209,6 +210,7 @@ std::string detail::encode_delivery(const fs::path& path, const Delivery& delive
   const Mesh solid = delivery.solid();
   const Format& format = format_for(path, solid);
   const bool says_more = delivery.has_infill() || !delivery.pauses_mm.empty();
+  if (!says_more && can_write_infill(path)) return encode_3mf(solid, delivery.thumbnail_png);
   if (!says_more || (!delivery.has_infill() && !can_write_infill(path))) return format.encode(solid);
   if (!can_write_infill(path))
     throw Error(ErrorCode::usage,

@@ -21,6 +21,8 @@ constexpr std::size_t kMaxInstances = 100'000;
 constexpr int kMaxDepth = 64;
 
 constexpr const char* kModelRelationship = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel";
+constexpr const char* kThumbnailRelationship = "http://schemas.openxmlformats.org/package/2006/relationships/metadata/thumbnail";
+constexpr const char* kThumbnail = "Metadata/thumbnail.png";
 constexpr const char* kDefaultModel = "3D/3dmodel.model";
 constexpr const char* kPrusaConfig = "Metadata/Slic3r_PE_model.config";
 constexpr const char* kPrusaPauses = "Metadata/Prusa_Slicer_custom_gcode_per_print_z.xml";
@@ -612,21 +614,24 @@ private:
   std::map<std::string, std::size_t> left_out_;  // by what it is marked as
 };
 
-constexpr const char* kContentTypes = R"(<?xml version="1.0" encoding="UTF-8"?>
+/// What a package begins with. @param pictured  it has a thumbnail
+std::vector<ArchivePart> first_parts(bool pictured) {
+  return {
+      {"[Content_Types].xml", concat(R"(<?xml version="1.0" encoding="UTF-8"?>
 <Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">
  <Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>
  <Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/>
  <Default Extension="config" ContentType="text/xml"/>
-</Types>
-)";
-
-std::string relationships_xml() {
-  return concat(R"(<?xml version="1.0" encoding="UTF-8"?>
+)",
+                                     pictured ? " <Default Extension=\"png\" ContentType=\"image/png\"/>\n" : "", "</Types>\n")},
+      {"_rels/.rels", concat(R"(<?xml version="1.0" encoding="UTF-8"?>
 <Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">
  <Relationship Target="/)",
-                kDefaultModel, R"(" Id="rel-1" Type=")", kModelRelationship, R"("/>
-</Relationships>
-)");
+                             kDefaultModel, R"(" Id="rel-1" Type=")", kModelRelationship, "\"/>\n",
+                             pictured ? concat(" <Relationship Target=\"/", kThumbnail, "\" Id=\"rel-2\" Type=\"",
+                                               kThumbnailRelationship, "\"/>\n")
+                                      : std::string(),
+                             "</Relationships>\n")}};
 }
 
 /// A mesh of the object that is written, and how it is filled if it is a modifier.
@@ -775,14 +780,17 @@ bool is_3mf(std::string_view bytes) { return bytes.starts_with("PK\x03\x04"); }
 
 MeshFile read_3mf(const FileBytes& file, const ReadOptions& options) { return ModelReader(file, options).read(); }
 
-std::string encode_3mf(const Mesh& mesh) {
+std::string encode_3mf(const Mesh& mesh, const std::string& thumbnail_png) {
   const Volume body{&mesh};
-  return pack({{"[Content_Types].xml", kContentTypes},
-               {"_rels/.rels", relationships_xml()},
-               {kDefaultModel, model_xml({&body, 1}, Layout::one_object)},
-               {kPrusaConfig, prusa_config_xml({&body, 1})},
-               {kBambuConfig, bambu_config_xml({&body, 1}, false)}});
+  std::vector<ArchivePart> entries = first_parts(!thumbnail_png.empty());
+  entries.push_back({kDefaultModel, model_xml({&body, 1}, Layout::one_object)});
+  entries.push_back({kPrusaConfig, prusa_config_xml({&body, 1})});
+  entries.push_back({kBambuConfig, bambu_config_xml({&body, 1}, false)});
+  if (!thumbnail_png.empty()) entries.push_back({kThumbnail, thumbnail_png});
+  return pack(entries);
 }
+
+std::string encode_3mf(const Mesh& mesh) { return encode_3mf(mesh, std::string()); }
 
 std::string encode_3mf(const Delivery& delivery, ThreeMfFlavor flavor) {
   const Mesh body = delivery.body();
@@ -791,11 +799,12 @@ std::string encode_3mf(const Delivery& delivery, ThreeMfFlavor flavor) {
     if (part.infill) volumes.push_back({&part.mesh, &*part.infill});
   const bool prusa = flavor == ThreeMfFlavor::prusa;
   const Layout layout = prusa ? Layout::one_object : flavor == ThreeMfFlavor::bambu ? Layout::components : Layout::named;
-  std::vector<ArchivePart> entries = {
-      {"[Content_Types].xml", kContentTypes}, {"_rels/.rels", relationships_xml()}, {kDefaultModel, model_xml(volumes, layout)}};
+  std::vector<ArchivePart> entries = first_parts(!delivery.thumbnail_png.empty());
+  entries.push_back({kDefaultModel, model_xml(volumes, layout)});
   if (prusa) entries.push_back({kPrusaConfig, prusa_config_xml(volumes)});
   if (layout == Layout::components) entries.push_back({kBambuConfig, bambu_config_xml(volumes, true)});
   if (prusa && !delivery.pauses_mm.empty()) entries.push_back({kPrusaPauses, prusa_pauses_xml(delivery.pauses_mm)});
+  if (!delivery.thumbnail_png.empty()) entries.push_back({kThumbnail, delivery.thumbnail_png});
   return pack(entries);
 }
 

@@ -730,8 +730,9 @@ Settings settings(FloatSpec& spec, For purpose) {
       purpose);
 }
 
+static constexpr std::array<const char*, 2> kSpinObjectives = {"rayreps", "spinit"};
+
 Settings settings(SpinSpec& spec, For purpose) {
-  static constexpr std::array<const char*, 2> kObjectives = {"rayreps", "spinit"};
   const Range weight = {.lo = 0, .open = false};
   return asked_for(
       {up_row(spec.up),
@@ -767,7 +768,7 @@ Settings settings(SpinSpec& spec, For purpose) {
         .words = "rayreps (Wu 2016) or spinit (Baecher 2014)",
         .details =
             "rayreps: weights --lambda and --gamma-i. spinit: weights --gamma-c and --gamma-i. For a yo-yo only --gamma-i counts.",
-        .place = choice("objective", spec.objective, kObjectives),
+        .place = choice("objective", spec.objective, kSpinObjectives),
         .applies = For::making},
        {.name = "lambda",
         .value = "W",
@@ -775,7 +776,8 @@ Settings settings(SpinSpec& spec, For purpose) {
         .details = "",
         .place = &spec.lambda,
         .range = weight,
-        .applies = For::making},
+        .applies = For::making,
+        .rare = true},
        {.name = "gamma-c",
         .value = "W",
         .words = "spinit: weight of its static moment squared",

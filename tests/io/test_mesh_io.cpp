@@ -15,6 +15,7 @@
 #include <fstream>
 #include <functional>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <set>
@@ -1361,6 +1362,53 @@ TEST_F(MeshIo, RefusesToWriteWhatNobodyCouldRead) {
     EXPECT_EQ(code_of([&] { write_mesh(folder_ / name, mesh); }, message), ErrorCode::write) << name;
   EXPECT_EQ(code_of([&] { write_mesh(folder_ / "c.3mf", Mesh{}); }, message), ErrorCode::write);
   EXPECT_EQ(names(), std::vector<std::string>{"a.obj"});
+}
+
+/// The parts of a zip archive by name.
+std::map<std::string, std::string> parts_in(const fs::path& path) {
+  std::map<std::string, std::string> parts;
+  int error = 0;
+  zip_t* archive = zip_open(path.c_str(), ZIP_RDONLY | ZIP_CHECKCONS, &error);
+  if (archive == nullptr) return parts;
+  for (zip_int64_t i = 0; i < zip_get_num_entries(archive, 0); ++i) {
+    zip_stat_t stat;
+    zip_stat_index(archive, static_cast<zip_uint64_t>(i), 0, &stat);
+    std::string text(stat.size, '\0');
+    zip_file_t* part = zip_fopen_index(archive, static_cast<zip_uint64_t>(i), 0);
+    zip_fread(part, text.data(), text.size());
+    zip_fclose(part);
+    parts.emplace(stat.name, text);
+  }
+  zip_discard(archive);
+  return parts;
+}
+
+// A picture in the package, by content type and relationship as OPC has it; what is read does not depend on it.
+TEST_F(MeshIo, ThreeMfHoldsAThumbnail) {
+  Delivery delivery{{{.mesh = box(1, 2, 3)}}};
+  for (const ThreeMfFlavor flavor : {ThreeMfFlavor::prusa, ThreeMfFlavor::bambu, ThreeMfFlavor::core})
+    for (const bool paused : {false, true}) {
+      delivery.pauses_mm = paused ? std::vector<double>{1.0} : std::vector<double>{};
+      delivery.thumbnail_png.clear();
+      write_delivery(folder_ / "plain.3mf", delivery, flavor);
+      delivery.thumbnail_png = "\x89PNG pixels";
+      write_delivery(folder_ / "pictured.3mf", delivery, flavor);
+      const std::map<std::string, std::string> plain = parts_in(folder_ / "plain.3mf");
+      const std::map<std::string, std::string> pictured = parts_in(folder_ / "pictured.3mf");
+      EXPECT_EQ(pictured.size(), plain.size() + 1);
+      EXPECT_EQ(pictured.at("Metadata/thumbnail.png"), delivery.thumbnail_png);
+      for (const auto& [name, text] : plain)
+        if (name == "[Content_Types].xml") {
+          EXPECT_MENTIONS(pictured.at(name), "Extension=\"png\" ContentType=\"image/png\"");
+        } else if (name == "_rels/.rels") {
+          EXPECT_MENTIONS(pictured.at(name), "Target=\"/Metadata/thumbnail.png\"");
+          EXPECT_MENTIONS(pictured.at(name), "relationships/metadata/thumbnail");
+        } else {
+          EXPECT_EQ(pictured.at(name), text) << name;
+        }
+      EXPECT_EQ(read_mesh(folder_ / "pictured.3mf").mesh.vertices, read_mesh(folder_ / "plain.3mf").mesh.vertices);
+    }
+  EXPECT_NO_THROW(write_delivery(folder_ / "pictured.stl", delivery));
 }
 
 }  // namespace

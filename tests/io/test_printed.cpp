@@ -228,5 +228,17 @@ TEST(Printed, RefusalsNameTheLine) {
   EXPECT_TRUE(mentions(refusal("G90\nG1 X1000000000 E1\n"), {"line 2", "farther"}));
 }
 
+TEST(Printed, KeepsItsBeadsOnRequest) {
+  const std::string text = "G90\nM83\n" + kHead + "G1 X90 Y90 Z0.2\nG1 X110 E1\nG1 Y110 E1\n;TYPE:Skirt\nG1 X150 E1\n" + kHead +
+                           "G1 X140 Y90\nG3 X130 Y100 I-10 J0 E0.5\n";
+  EXPECT_TRUE(read(text).beads.empty());
+  const Printed kept = read(text, {.file = {}, .filament_diameter_mm = {}, .keep_beads = true});
+  ASSERT_GT(kept.beads.size(), 10U) << "of the arc chords";
+  Moments sum = Moments::Zero();
+  for (const Bead& bead : kept.beads) sum += bead_moments(bead);
+  EXPECT_NEAR(sum[M1], kept.body()[M1], 1e-12 * sum[M1]);
+  EXPECT_LT(off(sum, kept.body()), 1e-4) << "chords for an arc; the skirt left out";
+}
+
 }  // namespace
 }  // namespace rayrep::test

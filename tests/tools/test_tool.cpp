@@ -1050,7 +1050,7 @@ TEST_F(Tool, ManPageAndCompletionKnowEveryOption) {
   const std::string completion = run("--completion").out;
   EXPECT_EQ(man.rfind(".TH RAYREP 1", 0), 0u);
   std::size_t seen = 0;
-  for (const std::string command : {"float", "spin", "stand", "target", "verify", "inspect"}) {
+  for (const std::string command : {"float", "spin", "stand", "target", "verify", "view", "inspect"}) {
     const std::string help = run(command + " --help").out;
     EXPECT_EQ(run("help " + command).out, help);
     static const std::regex kOption(R"(--[a-z][a-z-]*)");
@@ -1067,9 +1067,101 @@ TEST_F(Tool, ManPageAndCompletionKnowEveryOption) {
   EXPECT_GT(seen, 80u);
 }
 
+/// Width and height that a PNG says, 0 for what is none.
+std::pair<unsigned, unsigned> png_size(const std::string& bytes) {
+  if (bytes.size() < 24 || bytes.rfind("\x89PNG\r\n\x1a\n", 0) != 0) return {};
+  const auto number = [&bytes](std::size_t at) {
+    unsigned value = 0;
+    for (std::size_t n = at; n < at + 4; ++n) value = value << 8 | static_cast<unsigned char>(bytes[n]);
+    return value;
+  };
+  return {number(16), number(20)};
+}
+
+TEST_F(Tool, DrawsPictures) {
+  const Run made =
+      run("float egg.stl --resolution 40 --section y --section x=3 --section 1,0,1=2:tilted.png --picture p.png -o out/e.3mf");
+  EXPECT_EQ(made.code, 6) << "there is no such folder";
+  fs::create_directory(folder_ / "out");
+  const std::string command =
+      "float egg.stl --resolution 40 --section y --section x=3 --section 1,0,1=2:tilted.png --picture p.png -o out/e.3mf";
+  const Run drawn = run(command);
+  ASSERT_EQ(drawn.code, 0) << drawn.err;
+  EXPECT_TRUE(mentions(drawn.out, {"pictures: out/e_section_y.svg, out/e_section_x3.svg, tilted.png, p.png"}));
+  for (const char* name : {"out/e_section_y.svg", "out/e_section_x3.svg"}) {
+    pugi::xml_document svg;
+    EXPECT_TRUE(svg.load_file((folder_ / name).c_str())) << name;
+    EXPECT_TRUE(svg.select_node("//*[@id='material']")) << name;
+    EXPECT_TRUE(mentions(text_of(folder_ / name), {"centre of mass", "before: of the solid", "waterline", "centre of buoyancy"}));
+  }
+  EXPECT_EQ(png_size(text_of(folder_ / "tilted.png")).first, 1440U);
+  EXPECT_EQ(png_size(text_of(folder_ / "p.png")).first, 1440U);
+  // The same bytes whatever the number of threads.
+  const std::string picture = text_of(folder_ / "p.png");
+  const std::string section = text_of(folder_ / "out/e_section_y.svg");
+  ASSERT_EQ(run(command + " --threads 1").code, 0);
+  EXPECT_EQ(text_of(folder_ / "p.png"), picture);
+  EXPECT_EQ(text_of(folder_ / "out/e_section_y.svg"), section);
+  // What was written is judged and looked at as well.
+  EXPECT_EQ(run("verify out/e.3mf --original egg.stl --section y").code, 0);
+  EXPECT_TRUE(mentions(text_of(folder_ / "e_section_y.svg"), {"waterline", "before: of the solid"}));
+  EXPECT_EQ(run("inspect out/e.3mf --section z --up y").code, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "e_section_z.svg"));
+  const Run viewed = run("view out/e.3mf");
+  EXPECT_EQ(viewed.code, 0) << viewed.err;
+  EXPECT_EQ(viewed.out, "picture: e.png\n");
+  EXPECT_EQ(png_size(text_of(folder_ / "e.png")).first, 1440U);
+}
+
+TEST_F(Tool, RefusesPicturesThatCannotBe) {
+  EXPECT_TRUE(mentions(run("float egg.stl --section y=500").err, {"y = 500 mm", "between -22 and 22"}));
+  EXPECT_EQ(run("float egg.stl --section y=500").code, 2);
+  EXPECT_EQ(run("view egg.stl --section q=1").code, 2);
+  EXPECT_TRUE(mentions(run("view egg.stl --section y:cut.jpg").err, {"end 'cut.jpg' in .svg or .png"}));
+  EXPECT_EQ(run("view egg.stl --picture egg.gif").code, 2);
+  EXPECT_TRUE(mentions(run("view egg.stl --section y:a.svg --section x:a.svg").err, {"name the same file"}));
+  EXPECT_TRUE(mentions(run("view egg.stl --section y:a.png --picture a.png").err, {"name the same file"}));
+  EXPECT_EQ(run("view egg.stl --picture none/p.png").code, 6);
+  EXPECT_TRUE(new_files().empty());
+}
+
+// What a run that fails leaves of pictures: nothing, and what was there stays.
+TEST_F(Tool, PicturesAreWrittenOfSuccessOnly) {
+  std::ofstream(folder_ / "p.png") << "old";
+  EXPECT_EQ(run("float egg.stl --resolution 40 --waterline 2 --no-advice --picture p.png").code, 4);
+  EXPECT_EQ(text_of(folder_ / "p.png"), "old");
+  EXPECT_EQ(new_files(), std::vector<std::string>{"p.png"});
+}
+
+/// What a command prints on a terminal.
+std::string on_a_terminal(const fs::path& folder, const std::string& environment, const std::string& arguments) {
+  const std::string command = "cd '" + folder.string() + "' && TERM=xterm " + environment + " script -qec \"'" RAYREP_TOOL "' " +
+                              arguments + "\" /dev/null >.out 2>.err </dev/null";
+  EXPECT_EQ(std::system(command.c_str()), 0) << command;
+  return text_of(folder / ".out");
+}
+
+TEST_F(Tool, ProgressSuitsWhereItGoes) {
+  const Run plain = run("float egg.stl --resolution 40 -v");
+  EXPECT_TRUE(mentions(plain.err, {"rayrep: read\n", "rayrep: solve\n", "rayrep: verify\n"}));
+  EXPECT_EQ(plain.err.find('\033'), std::string::npos);
+  EXPECT_EQ(run("float egg.stl --resolution 40").err, "");
+  if (std::system("command -v script >/dev/null") != 0) GTEST_SKIP() << "no script (package bsdutils)";
+  const std::string terminal = on_a_terminal(folder_, "NO_COLOR=", "float egg.stl --resolution 40 -v");
+  EXPECT_TRUE(mentions(terminal, {"\r\033[K", "\033[1mverify\033[0m", " s\r\n"}));
+  const std::string colourless = on_a_terminal(folder_, "NO_COLOR=1", "float egg.stl --resolution 40 -v");
+  EXPECT_EQ(colourless.find("\033[1m"), std::string::npos);
+  EXPECT_TRUE(mentions(colourless, {"\r\033[K", "verify ..."}));
+  const std::string dumb = on_a_terminal(folder_, "TERM=dumb", "float egg.stl --resolution 40 -v");
+  EXPECT_EQ(dumb.find('\033'), std::string::npos);
+  EXPECT_TRUE(mentions(dumb, {"rayrep: verify"}));
+  const std::string quiet = on_a_terminal(folder_, "", "float egg.stl --resolution 40 -q");
+  EXPECT_EQ(quiet, "");
+}
+
 TEST_F(Tool, HelpFitsAScreen) {
   for (const char* arguments : {"--help", "float --help", "spin --help", "stand --help", "target --help", "pose --help",
-                                "dice --help", "verify --help", "measure --help", "inspect --help"}) {
+                                "dice --help", "verify --help", "measure --help", "view --help", "inspect --help"}) {
     const Run result = run(arguments);
     EXPECT_EQ(result.code, 0);
     EXPECT_EQ(result.err, "");

@@ -314,6 +314,51 @@ Setting html_row(Options& options) {
           .place = path_place(options.html)};
 }
 
+Setting section_row(Options& options) {
+  const auto add = [&options](const std::string& text) {
+    const std::size_t colon = text.find(':');
+    options.sections.push_back({parse_section_plane(text.substr(0, colon)), {}});
+    if (colon == std::string::npos) return;
+    options.sections.back().path = text.substr(colon + 1);
+    if (options.sections.back().path.empty()) usage_error("--section names no file behind its colon: '" + text + "'.");
+  };
+  const auto show = [&options] {
+    std::string text;
+    for (const SectionFile& section : options.sections) text += (text.empty() ? "" : ", ") + section.path.string();
+    return text.empty() ? std::string("none") : text;
+  };
+  return {.name = "section",
+          .value = "PLANE",
+          .words = "draw the section in a plane: y=0, z=12.5, y (through the centre of mass)",
+          .details =
+              "In coordinates of the mesh; X,Y,Z=OFFSET for any other direction. With up upright, to scale, with the centres, the "
+              "waterline, the axis or the support. Writes NAME_section_y0.svg, NAME that of the output; PLANE:FILE "
+              "names it, and its ending chooses SVG or PNG. May be given several times.",
+          .place = TextPlace{add, show},
+          .rare = options.command == Command::hollow || options.command == Command::verify,
+          .repeated = true};
+}
+
+Settings picture_rows(Options& options) {
+  return {
+      section_row(options),
+      {.name = "picture",
+       .value = "FILE",
+       .words = "draw it before and after, cut open: .png or .svg",
+       .details = "Shaded, seen from above and the side, and cut through the centre of mass or, with --section, in the first of "
+                  "its planes. Where the outside was deformed, how far is shown in colour.",
+       .place = path_place(options.picture),
+       .rare = options.command == Command::hollow || options.command == Command::verify}};
+}
+
+Setting picture_up_row(Options& options) {
+  return {.name = "up",
+          .value = "DIR",
+          .words = "of pictures: x, y, z, -x, -y, -z or X,Y,Z",
+          .details = "",
+          .place = direction_place("up", options.picture_up)};
+}
+
 Settings common_rows(Options& options, bool with_report) {
   Settings rows = {
       {.name = "config",
@@ -375,7 +420,8 @@ Settings common_rows(Options& options, bool with_report) {
                           [&options] { return options.threads ? std::to_string(options.threads) : std::string("all"); }},
        .rare = true},
       {.name = "help,h", .value = "", .words = "this text", .details = "", .place = TextPlace{}}};
-  if (!with_report) std::erase_if(rows, [](const Setting& s) { return s.name == "report" || s.name == "json" || s.name == "html"; });
+  if (!with_report)
+    std::erase_if(rows, [](const Setting& s) { return s.name == "report" || s.name == "json" || s.name == "html"; });
   return rows;
 }
 
@@ -506,6 +552,7 @@ std::vector<Group> hollow_groups(Options& options) {
   Group outside{"Changing the outside", settings(options.deform)};
   outside.settings.insert(outside.settings.begin() + 1, deform_fixed_row(options));
   Group files{"Files", output_rows(options)};
+  append(files.settings, picture_rows(options));
   append(files.settings, common_rows(options, true));
   if (std::holds_alternative<TargetSpec>(options.spec)) append(files.settings, inertial_files(options));
   std::vector<Group> groups = {mesh, goal, making, infill, core, {"The slicer", slicer_rows(options)}, files};
@@ -541,11 +588,9 @@ std::vector<Group> verify_groups(Options& options) {
                               .words = "required outer surface, of --unit and --size",
                               .details = "The surface that must be found unchanged outside.",
                               .place = path_place(options.original)});
-  return {mesh,
-          judging,
-          {"Goal " + options.goal, rows},
-          {"A print (MESH is a .gcode or .sl1 file)", print_rows(options)},
-          {"Files", common_rows(options, true)}};
+  Group files{"Files", picture_rows(options)};
+  append(files.settings, common_rows(options, true));
+  return {mesh, judging, {"Goal " + options.goal, rows}, {"A print (MESH is a .gcode or .sl1 file)", print_rows(options)}, files};
 }
 
 std::vector<Group> measure_groups(Options& options) {
@@ -563,6 +608,8 @@ std::vector<Group> measure_groups(Options& options) {
   Group output{"Output",
                {{.name = "json", .value = "", .words = "JSON on standard output", .details = "", .place = &options.json}}};
   append(output.settings, inertial_files(options));
+  append(output.settings, picture_rows(options));
+  output.settings.push_back(picture_up_row(options));
   append(output.settings, common_rows(options, false));
   return {print, mesh, output};
 }
@@ -575,6 +622,8 @@ std::vector<Group> inspect_groups(Options& options) {
       {.name = "json", .value = "", .words = "JSON on standard output", .details = "", .place = &options.json});
   output.settings.push_back(html_row(options));
   append(output.settings, inertial_files(options));
+  append(output.settings, picture_rows(options));
+  output.settings.push_back(picture_up_row(options));
   append(output.settings, common_rows(options, false));
   return {{"The mesh", mesh_rows(options)}, output};
 }
@@ -666,6 +715,17 @@ std::vector<Group> sweep_groups(Options& options) {
              .details = "",
              .place = path_place(options.output)},
             {.name = "help,h", .value = "", .words = "this text", .details = "", .place = TextPlace{}}}}};
+}
+
+std::vector<Group> view_groups(Options& options) {
+  Group mesh{"The mesh", mesh_rows(options)};
+  append(mesh.settings, settings(options.print, For::judging));
+  std::erase_if(mesh.settings, [](const Setting& s) { return s.name == "wall" || s.name == "drained"; });
+  mesh.settings.push_back(fixed_row(options, "In mm, where it is in the body. May be given several times."));
+  Group pictures{"Pictures", picture_rows(options)};
+  pictures.settings.push_back(picture_up_row(options));
+  append(pictures.settings, common_rows(options, false));
+  return {mesh, pictures};
 }
 
 std::string long_name(const Setting& setting) { return setting.name.substr(0, setting.name.find(',')); }
@@ -861,9 +921,9 @@ void apply(const std::vector<Group>& groups, const Given& given, const SpecFile*
 }
 
 void note_in_force(const std::vector<Group>& groups, Options& options) {
-  static const std::set<std::string> kNotTold = {"material", "help",  "quiet",   "verbose", "output",
-                                                 "report",   "html",  "suggest", "allow",   "no-advice",
-                                                 "json",     "gcode", "urdf",    "mjcf",    "original"};
+  static const std::set<std::string> kNotTold = {"material", "help",     "quiet",     "verbose", "output", "report",
+                                                 "suggest",  "allow",    "no-advice", "json",    "gcode",  "urdf",
+                                                 "mjcf",     "original", "section",   "html",    "picture"};
   for (const Group& group : groups)
     for (const Setting& s : group.settings)
       if (!kNotTold.contains(long_name(s))) options.in_force.emplace_back(long_name(s), shown(s));
@@ -1025,6 +1085,27 @@ void choose_batch(Options& options) {
     usage_error("Name the folder for what the jobs write: rayrep batch " + quoted(options.input.string()) + " -o FOLDER.");
 }
 
+/// Names of pictures that were left open: next to the output, or where a mesh is only read in the current folder.
+/// @throws Error{usage}
+void choose_pictures(Options& options) {
+  const bool writes = options.command == Command::hollow;
+  const std::filesystem::path& of = writes ? options.output : options.input;
+  const std::filesystem::path folder = writes ? of.parent_path() : std::filesystem::path();
+  if (options.command == Command::view && options.sections.empty() && options.picture.empty())
+    options.picture = of.stem().string() + ".png";
+  const auto require_kind = [](const char* name, const std::filesystem::path& path) {
+    std::string ending = path.extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+    if (ending != ".svg" && ending != ".png")
+      usage_error(std::string("--") + name + " draws SVG or PNG: end '" + path.string() + "' in .svg or .png.");
+  };
+  for (SectionFile& section : options.sections) {
+    if (section.path.empty()) section.path = folder / (of.stem().string() + "_section_" + section.plane.file_word() + ".svg");
+    require_kind("section", section.path);
+  }
+  if (!options.picture.empty()) require_kind("picture", options.picture);
+}
+
 /// @throws Error{usage} with the commands there are
 const Syntax& syntax_of(const std::string& word) {
   std::string known;
@@ -1080,10 +1161,12 @@ void refuse_overwriting(const Options& options) {
       if (same(output, input))
         usage_error("The output '" + output.string() + "' is " + (input == options.input ? "the input itself" : "read, too") +
                     ": choose another name with --output.");
-  const std::pair<const char*, std::filesystem::path> texts[] = {{"report", options.report}, {"html", options.html},
-                                                                 {"urdf", options.urdf},     {"mjcf", options.mjcf},
-                                                                 {"gcode", options.gcode},   {"save-config", options.saved_config}};
-  for (const auto& [name, text] : texts) {
+  std::vector<std::pair<const char*, std::filesystem::path>> texts = {
+      {"report", options.report}, {"html", options.html},   {"save-config", options.saved_config}, {"urdf", options.urdf},
+      {"mjcf", options.mjcf},     {"gcode", options.gcode}, {"picture", options.picture}};
+  for (const SectionFile& section : options.sections) texts.emplace_back("section", section.path);
+  for (const auto& one : texts) {
+    const auto& [name, text] = one;
     std::vector<std::filesystem::path> meshes = read;
     meshes.insert(meshes.end(), written.begin(), written.end());
     for (const auto& mesh : meshes)
@@ -1091,7 +1174,7 @@ void refuse_overwriting(const Options& options) {
         usage_error("The " + std::string(name) + " '" + text.string() + "' would overwrite " +
                     (same(mesh, options.spec_file) ? "what is read" : "a mesh") + ": choose another name with --" + name + ".");
     for (const auto& [other, path] : texts)
-      if (name != other && same(text, path)) usage_error("--" + std::string(name) + " and --" + other + " name the same file.");
+      if (&path != &text && same(text, path)) usage_error("--" + std::string(name) + " and --" + other + " name the same file.");
   }
 }
 
@@ -1113,6 +1196,10 @@ const std::vector<Syntax>& commands() {
                    "Skirt, brim, raft, supports and wipe tower are listed and not counted.\n"
                    "FILE.sl1: of what a resin printer cures, its supports and pad counted.\n",
                    "mass, centre of mass and inertia of what a .gcode or .sl1 file prints", Command::measure});
+    all.push_back({"view",
+                   "rayrep view MESH [options]: pictures of MESH, whole and cut.\n"
+                   "Without --section and --picture NAME.png. Of a .gcode file: of what the nozzle lays down.\n",
+                   "pictures of MESH, whole and cut", Command::view});
     all.push_back({"inspect",
                    "rayrep inspect MESH [options]: size, volume, mass, centre of mass, inertia and defects of MESH.\n"
                    "Of a .gcode or .sl1 file what measure tells.\n",
@@ -1143,6 +1230,8 @@ std::vector<Group> groups_of(const Syntax& syntax, Options& options) {
       return batch_groups(options);
     case Command::sweep:
       return sweep_groups(options);
+    case Command::view:
+      return view_groups(options);
     case Command::text:
       break;
   }
@@ -1252,8 +1341,8 @@ std::string judging_command(const Options& options, const Spec& spec, const std:
   for (const FixedFile& file : options.fixed) text += " --fixed " + quoted(file.path.string() + "=" + text_of(file.density_g_cm3));
   if (!options.insert_output.empty())
     text += " --fixed " + quoted(options.insert_output.string() + "=" + text_of(options.insert_density()));
-  static const std::set<std::string> kOther = {"fixed",  "unit", "size",  "memory",  "goal",    "each", "original",
-                                               "report", "html", "quiet", "verbose", "threads", "help"};
+  static const std::set<std::string> kOther = {"fixed", "unit",  "size",    "memory",  "goal", "each",    "original", "report",
+                                               "html",  "quiet", "verbose", "threads", "help", "section", "picture"};
   for (std::size_t g = 0; g < now.size(); ++g)
     for (std::size_t n = 0; n < now[g].settings.size(); ++n) {
       const Setting& s = now[g].settings[n];
@@ -1348,6 +1437,7 @@ void take(const Given& given, const Syntax& syntax, const SpecFile* file, Option
   check_each(options);
   choose_output(options);
   choose_batch(options);
+  choose_pictures(options);
   check_slicer(given, options);
   if (options.command == Command::hollow || options.command == Command::verify) options.quiet = options.quiet || options.json;
   note_in_force(groups, options);

@@ -9,6 +9,7 @@
 #include "jobs.h"
 #include "rayrep/advice/suggest.h"
 #include "rayrep/base/setting.h"
+#include "rayrep/draw/section_picture.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/io/printed.h"
 #include "rayrep/make/hollow.h"
@@ -19,7 +20,7 @@
 
 namespace rayrep::tool {
 
-enum class Command { hollow, verify, inspect, measure, batch, sweep, text };
+enum class Command { hollow, verify, inspect, measure, view, batch, sweep, text };
 
 /// A file with a body that is not printed.
 struct FixedFile {
@@ -38,6 +39,12 @@ struct BatchOptions {
   std::string ending;                  ///< of meshes: ".3mf"; empty: the usual one
   bool retry = false;                  ///< what crashed or took too long
   std::filesystem::path summary;       ///< a table, CSV; empty: none
+};
+
+/// A section that is drawn.
+struct SectionFile {
+  SectionPlane plane;
+  std::filesystem::path path;
 };
 
 /// The command line, parsed and checked as far as that is possible without the mesh.
@@ -90,7 +97,11 @@ struct Options {
   std::filesystem::path html;    ///< likewise
   std::filesystem::path urdf;    ///< target, inspect; empty: none
   std::filesystem::path mjcf;
-  double insert_density() const;  ///< of what is in insert_output
+  std::vector<SectionFile> sections;
+  std::filesystem::path picture;                          ///< empty: none
+  Eigen::Vector3d picture_up = Eigen::Vector3d::UnitZ();  ///< inspect, view
+  double insert_density() const;                          ///< of what is in insert_output
+  bool draws() const { return !sections.empty() || !picture.empty(); }
   /// All meshes that are written.
   std::vector<std::filesystem::path> meshes() const;
   std::vector<ChangeKind> allow;               ///< which changes are made where it cannot be done as asked

@@ -2,11 +2,9 @@
 
 #include <sys/resource.h>
 #include <tbb/global_control.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
-#include <chrono>
 #include <cstdio>
 #include <ctime>
 #include <iostream>
@@ -17,65 +15,23 @@
 #include "batch.h"
 #include "interrupt.h"
 #include "measure.h"
+#include "pictures.h"
+#include "rayrep/draw/bead_bars.h"
 #include "rayrep/rayrep.h"
+#include "stages.h"
 
 namespace rayrep::tool {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-double seconds(Clock::duration d) { return std::chrono::duration<double>(d).count(); }
-
-/// Notes how long each stage takes and shows it on a terminal.
-class Stages {
-public:
-  explicit Stages(const Options& options)
-      : verbose_(options.verbose && !options.quiet), live_(!options.quiet && isatty(STDERR_FILENO)) {}
-  ~Stages() { clear_line(); }
-  Stages(const Stages&) = delete;
-  Stages& operator=(const Stages&) = delete;
-
-  void begin(std::string_view name) {
-    end();
-    current_ = name;
-    started_ = Clock::now();
-    if (verbose_)
-      std::cerr << "rayrep: " << current_ << std::endl;
-    else if (live_)
-      std::cerr << "\r\033[K" << current_ << " ..." << std::flush;
-  }
-
-  /// Stages and their seconds in order of first occurrence, then "total".
-  std::vector<std::pair<std::string, double>> finish() {
-    end();
-    current_.clear();
-    clear_line();
-    auto result = spent_;
-    result.emplace_back("total", seconds(Clock::now() - born_));
-    return result;
-  }
-
-private:
-  void end() {
-    if (current_.empty()) return;
-    const double took = seconds(Clock::now() - started_);
-    const auto known = std::find_if(spent_.begin(), spent_.end(), [this](const auto& s) { return s.first == current_; });
-    if (known == spent_.end())
-      spent_.emplace_back(current_, took);
-    else
-      known->second += took;
-  }
-  void clear_line() const {
-    if (live_ && !verbose_) std::cerr << "\r\033[K" << std::flush;
-  }
-
-  bool verbose_;
-  bool live_;
-  std::string current_;
-  Clock::time_point born_ = Clock::now();
-  Clock::time_point started_;
-  std::vector<std::pair<std::string, double>> spent_;
-};
+/// Stages that follow the work, and a way to stop it.
+Progress followed_by(Stages& stages, const std::function<bool()>& cancelled) {
+  return {.stage = [&stages](std::string_view name) { stages.begin(name); },
+          .cancelled =
+              [&stages, cancelled] {
+                stages.tick();
+                return cancelled && cancelled();
+              }};
+}
 
 double peak_memory_mb() {
   rusage usage{};
@@ -189,7 +145,10 @@ void refuse_loose_bodies(const Options& options, ReadMesh& mesh, const Progress&
 void require_outputs(const Options& options) {
   constexpr std::int64_t kOld_s = 3600;
   std::vector<std::filesystem::path> files = options.meshes();
-  for (const auto& text : {options.report, options.html, options.urdf, options.mjcf, options.gcode, options.saved_config})
+  std::vector<std::filesystem::path> texts = {options.report, options.html,  options.saved_config, options.urdf,
+                                              options.mjcf,   options.gcode, options.picture};
+  for (const SectionFile& section : options.sections) texts.push_back(section.path);
+  for (const auto& text : texts)
     if (!text.empty() && !is_stream(text)) files.push_back(text);
   for (const auto& file : files) {
     require_writable(file);
@@ -238,8 +197,9 @@ std::filesystem::path numbered(const std::filesystem::path& path, std::size_t nu
 Options options_for(const Options& options, std::size_t number) {
   Options one = options;
   for (std::filesystem::path* path : {&one.output, &one.insert_output, &one.outside_output, &one.dense_output, &one.sparse_output,
-                                      &one.report, &one.html, &one.urdf, &one.mjcf, &one.gcode})
+                                      &one.report, &one.html, &one.urdf, &one.mjcf, &one.gcode, &one.picture})
     *path = numbered(*path, number);
+  for (SectionFile& section : one.sections) section.path = numbered(section.path, number);
   refuse_overwriting(one);
   require_outputs(one);
   return one;
@@ -257,8 +217,7 @@ void for_each_body(const Options& options, std::vector<ReadMesh> bodies, const P
   for (std::size_t n = 0; n < bodies.size(); ++n) {
     if (n > 0 && !options.quiet) std::cout << "\n";
     Stages stages(options);
-    Progress own = progress;
-    own.stage = [&stages](std::string_view name) { stages.begin(name); };
+    const Progress own = followed_by(stages, progress.cancelled);
     try {
       run_one(all[n], bodies[n], stages, own);
     } catch (const Error& error) {
@@ -317,8 +276,28 @@ std::vector<Part> read_fixed(const Options& options, const Progress& progress) {
   return parts;
 }
 
+/// With a picture of it, if the file can hold one.
+Delivery with_thumbnail(Delivery delivery, const std::filesystem::path& target, const Eigen::Vector3d& up) {
+  if (can_write_infill(target)) delivery.thumbnail_png = thumbnail_png(delivery, up);
+  return delivery;
+}
+
+/// What is drawn of a body that was judged.
+/// @param outside  what touches water and ground
+Subject subject_of(const Options& options, const Delivery& delivery, const Mesh& outside, const RunReport& report,
+                   const Progress& progress) {
+  const Spec& spec = report.hollow ? report.hollow->spec : options.spec;
+  const std::filesystem::path& file = options.command == Command::hollow ? options.output : options.input;
+  return {delivery, marks_of(outside, spec, report.after.body, progress), file.filename().string(), is_printed(file)};
+}
+
+Eigen::Vector3d centre_of(const Mesh& solid, const Progress& progress) {
+  return mass_properties(boundary_of_union(solid, progress), 1).centre_of_mass_mm;
+}
+
 struct ToDeliver {
   const Options& options;
+  const Mesh& given;           ///< the solid as it was read
   const Mesh& solid;           ///< its outside may have been changed: RunReport::outside
   const SlicedBodies* sliced;  ///< null: the mesh alone is judged
 };
@@ -327,9 +306,9 @@ struct ToDeliver {
 class Companions {
 public:
   /// @throws Error{write}
-  std::filesystem::path write(const std::filesystem::path& target, const Mesh& mesh) {
+  std::filesystem::path write(const std::filesystem::path& target, const Mesh& mesh, const Eigen::Vector3d& up) {
     PendingFile& file = files_.emplace_back(target);
-    file.write({{{.mesh = mesh}}});
+    file.write(with_thumbnail({{{.mesh = mesh}}}, target, up));
     std::error_code ignored;
     if (std::filesystem::exists(target, ignored)) replaced_ += "; it replaced " + printable(target.string()) + ", too";
     return file.path();
@@ -348,12 +327,13 @@ private:
 /// Writes the hollowed mesh and a core beside their final places, has them judged as re-read from disk, and puts them in place if
 /// they pass.
 void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Progress& progress) {
-  const auto& [options, solid, sliced] = what;
+  const auto& [options, given, solid, sliced] = what;
   HollowResult& hollow = *report.hollow;
   progress.begin("write");
   PendingFile pending(options.output);
   report.delivered_triangles = hollow.delivery.solid().triangles.size();
-  pending.write(hollow.delivery, options.flavor);
+  const Eigen::Vector3d up = up_of(options.spec);
+  pending.write(with_thumbnail(hollow.delivery, options.output, up), options.flavor);
   // What is put in: the user's own, then what was made for it.
   Part made{{}, Part::Role::insert, options.insert_density()};
   std::vector<Part> put_in;
@@ -367,21 +347,21 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   report.pauses_mm = hollow.delivery.pauses_mm;
   Companions companions;
   if (options.phases && hollow.delivery.has_infill()) {
-    companions.write(options.dense_output, hollow.delivery.solid());
-    companions.write(options.sparse_output, hollow.delivery.mesh_of(Part::Role::modifier));
+    companions.write(options.dense_output, hollow.delivery.solid(), up);
+    companions.write(options.sparse_output, hollow.delivery.mesh_of(Part::Role::modifier), up);
     report.dense_output = options.dense_output.string();
     report.sparse_output = options.sparse_output.string();
   }
   hollow.delivery = {};
   constexpr ReadOptions kAnySize{.memory_bytes = std::numeric_limits<std::size_t>::max()};
   if (!made.mesh.triangles.empty()) {
-    made.mesh = read_mesh(companions.write(options.insert_output, made.mesh), kAnySize).mesh;
+    made.mesh = read_mesh(companions.write(options.insert_output, made.mesh, up), kAnySize).mesh;
     report.insert = {options.insert_output.string(), mass_properties(made.mesh, made.density_g_cm3),
                      connected_components(with_merged_vertices(made.mesh)).count};
     put_in.push_back(std::move(made));
   }
   Mesh outside;
-  if (report.outside) outside = read_mesh(companions.write(report.outside->path, solid), kAnySize).mesh;
+  if (report.outside) outside = read_mesh(companions.write(report.outside->path, solid, up), kAnySize).mesh;
   const Mesh& original = report.outside ? outside : solid;
   progress.begin("verify");
   Delivery delivered = delivery_of(read_mesh(pending.path(), kAnySize), print_of(hollow.spec).infill.percent_laid_down);
@@ -389,6 +369,13 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   report.after =
       sliced ? sliced->judged(delivered, original, report, progress) : verify(delivered, &original, hollow.spec, {}, progress);
   report.before = state_figures(original, hollow.spec, {}, progress);
+  Pictures pictures;
+  if (report.after.pass() && options.draws()) {
+    progress.begin("draw");
+    Subject subject = subject_of(options, delivered, delivered.body(), report, progress);
+    subject.marks.centre_before_mm = centre_of(given, progress);
+    pictures.draw(options, {subject, &given, report.outside ? &outside : nullptr});
+  }
   report.timings_s = stages.finish();
   report.peak_memory_mb = peak_memory_mb();
   if (!report.after.pass()) {
@@ -410,6 +397,7 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   companions.commit();
   pending.commit();
   if (sliced) sliced->deliver(hollow.best_slice);
+  pictures.write();
   report.output = options.output.string();
   write_report(options, report, delivered);
   if (options.quiet) return;
@@ -422,7 +410,7 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   std::snprintf(took, sizeof took, "%.2f", report.timings_s.back().second);
   std::cout << "VERIFIED: wrote " << printable(report.output) << ", " << report.delivered_triangles << " triangles, in " << took
             << " s" << (replaced ? "; it replaced the file that was there" : "") << companions.replaced() << "\n"
-            << printing_text(report);
+            << printable(pictures.told()) << printing_text(report);
 }
 
 /// Finds out before the work that STL, which stores float32, cannot hold the wall so far from the origin.
@@ -466,6 +454,7 @@ Mesh outside_for(const Options& options, const Mesh& solid, const HollowOptions&
 void hollow_one(const Options& options, const ReadMesh& input, Stages& stages, const Progress& progress) {
   const Mesh& solid = input.checked.mesh;
   require_room_for_wall(options, solid);
+  require_planes_meet(options, solid);
   RunReport report = start_report(options, input);
   HollowOptions how = hollow_options(options, progress);
   std::optional<SlicedBodies> sliced;
@@ -475,7 +464,7 @@ void hollow_one(const Options& options, const ReadMesh& input, Stages& stages, c
   }
   const Mesh outside = outside_for(options, solid, how, report, progress);
   report.hollow = hollow(outside, options.spec, how, progress);
-  deliver({options, outside, sliced ? &*sliced : nullptr}, report, stages, progress);
+  deliver({options, solid, outside, sliced ? &*sliced : nullptr}, report, stages, progress);
   write_inertial(options, report.after.body);
 }
 
@@ -483,6 +472,7 @@ void run_hollow(const Options& options, Stages& stages, const Progress& progress
   ReadMesh input = read(options.input, options, {}, progress);
   refuse_unusable(input);
   if (options.each) {
+    stages.finish();
     for_each_body(options, bodies_in(input, {}, progress), progress, hollow_one);
     return;
   }
@@ -492,18 +482,45 @@ void run_hollow(const Options& options, Stages& stages, const Progress& progress
 
 constexpr CheckOptions kChecksToJudge{.self_intersections = false};
 
+/// What a nozzle lays down, bead by bead; in the frame of the mesh if that was found in it.
+Mesh laid_down(const Measurement& measurement) {
+  constexpr std::size_t kMost = 1'000'000;
+  const std::vector<Bead>& beads = measurement.printed.beads;
+  if (beads.empty())
+    throw Error(ErrorCode::usage, measurement.path +
+                                      ": the layers of a resin printer are pixels, which are not drawn. The slicer's preview shows "
+                                      "them; 'rayrep inspect' measures them.");
+  if (beads.size() > kMost)
+    throw Error(ErrorCode::usage, measurement.path + " lays down " + std::to_string(beads.size()) + " beads, more than the " +
+                                      std::to_string(kMost) + " that are drawn. 'rayrep inspect' measures it.");
+  const Mesh bars = bead_bars(beads);
+  return measurement.placed ? transformed(bars, measurement.placed->to_mesh) : bars;
+}
+
+/// Writes the pictures of what was judged, whatever the verdict.
+Pictures draw_judged(const Options& options, const Subject& subject, const Mesh* original, const Progress& progress) {
+  Pictures pictures;
+  BodyPicture picture{subject, original};
+  if (original) picture.after.marks.centre_before_mm = centre_of(*original, progress);
+  if (is_printed(options.input)) picture.cut = usual_plane(subject.delivery.body(), subject.marks.up);
+  pictures.draw(options, picture);
+  pictures.write();
+  return pictures;
+}
+
 /// What both verdicts on meshes and on prints end with.
-void tell_verdict(const Options& options, RunReport& report, const Delivery& judged, Stages& stages) {
+void tell_verdict(const Options& options, RunReport& report, const Delivery& judged, const Pictures& pictures, Stages& stages) {
   report.timings_s = stages.finish();
   report.peak_memory_mb = peak_memory_mb();
   write_report(options, report, judged);
-  if (!options.quiet) std::cout << printable(to_text(report, options.verbose));
+  if (!options.quiet) std::cout << printable(to_text(report, options.verbose) + pictures.told());
   if (!report.after.pass()) throw Error(ErrorCode::goal, "It does not meet the goal " + failures(report.after, "."));
   if (!options.quiet) std::cout << "VERIFIED\n";
 }
 
 void verify_one(const Options& options, const ReadMesh& mesh, Stages& stages, const Progress& progress) {
   ReadMesh input = mesh;
+  require_planes_meet(options, input.checked.mesh);
   std::optional<ReadMesh> original;
   if (!options.original.empty()) {
     original = read(options.original, options, kChecksToJudge, progress);
@@ -525,15 +542,26 @@ void verify_one(const Options& options, const ReadMesh& mesh, Stages& stages, co
     if (error.code() == ErrorCode::input) refuse_unusable(input);
     throw;
   }
-  tell_verdict(options, report, delivered, stages);
+  Pictures pictures;
+  if (options.draws() && !input.checked.report.usable) {
+    report.after.notes.emplace_back("Of a surface that is not closed no pictures are drawn.");
+  } else if (options.draws()) {
+    progress.begin("draw");
+    const Subject subject = subject_of(options, delivered, delivered.body(), report, progress);
+    pictures = draw_judged(options, subject, original ? &original->checked.mesh : nullptr, progress);
+  }
+  tell_verdict(options, report, delivered, pictures, stages);
 }
 
 void verify_printed(const Options& options, Stages& stages, const Progress& progress) {
   ReadMesh original = read(options.original, options, kChecksToJudge, progress);
   refuse_unusable(original);
+  require_planes_meet(options, original.checked.mesh);
   RunReport report = start_report(options, original);
   progress.begin("measure");
-  report.print = measured(options, &original.checked.mesh, options.original.string());
+  Options reading = options;
+  reading.printed.keep_beads = options.draws();
+  report.print = measured(reading, &original.checked.mesh, options.original.string());
   Spec spec = options.spec;
   std::visit([&](auto& s) { s.print.density_g_cm3 = report.print->density_g_cm3; }, spec);
   progress.begin("verify");
@@ -541,8 +569,32 @@ void verify_printed(const Options& options, Stages& stages, const Progress& prog
   const Moments put_in = insert_moments(judged, report.print->density_g_cm3);
   report.after = verify_print(original.checked.mesh, report.print->placed->s + put_in, spec, {}, progress);
   if (!options.fixed.empty()) report.after.notes.emplace_back("Whether what is put in has room in the print is not judged.");
+  Pictures pictures;
+  if (options.draws()) {
+    progress.begin("draw");
+    Delivery printed = judged;
+    printed.parts.push_back({.mesh = laid_down(*report.print)});
+    const Mesh& outside = original.checked.mesh;
+    pictures = draw_judged(options, subject_of(options, printed, outside, report, progress), &outside, progress);
+  }
   judged.parts.push_back({.mesh = original.checked.mesh});
-  tell_verdict(options, report, judged, stages);
+  tell_verdict(options, report, judged, pictures, stages);
+}
+
+/// Of a print that is only looked at.
+Pictures draw_printed(const Options& options, const Measurement& measurement) {
+  const Delivery body{{{.mesh = laid_down(measurement)}}};
+  require_planes_meet(options, body.parts.front().mesh);
+  Subject subject{body, {.up = options.picture_up.normalized()}, options.input.filename().string()};
+  subject.marks.mass_g = measurement.body.mass_g;
+  subject.marks.centre_of_mass_mm = measurement.body.centre_of_mass_mm;
+  subject.is_print = true;
+  BodyPicture picture{subject};
+  picture.cut = usual_plane(body.parts.front().mesh, subject.marks.up);
+  Pictures pictures;
+  pictures.draw(options, picture);
+  pictures.write();
+  return pictures;
 }
 
 void run_measure(const Options& options, Stages& stages, const Progress& progress) {
@@ -552,12 +604,19 @@ void run_measure(const Options& options, Stages& stages, const Progress& progres
     refuse_unusable(*mesh);
   }
   progress.begin("measure");
-  const Measurement measurement = measured(options, mesh ? &mesh->checked.mesh : nullptr, options.original.string());
+  Options reading = options;
+  reading.printed.keep_beads = options.draws();
+  const Measurement measurement = measured(reading, mesh ? &mesh->checked.mesh : nullptr, options.original.string());
+  Pictures pictures;
+  if (options.draws()) {
+    progress.begin("draw");
+    pictures = draw_printed(options, measurement);
+  }
   stages.finish();
   if (options.json)
     std::cout << to_json(measurement);
   else if (!options.quiet)
-    std::cout << printable(to_text(measurement));
+    std::cout << printable(to_text(measurement) + pictures.told());
   write_inertial(options, measurement.body);
 }
 
@@ -578,11 +637,48 @@ void run_verify(const Options& options, Stages& stages, const Progress& progress
     if (!input.modifiers.empty())
       throw Error(ErrorCode::usage, "--each does not know whose the modifiers of '" + options.input.string() +
                                         "' are: save each body with its own as a file of its own.");
+    stages.finish();
     for_each_body(options, bodies_in(input, kChecksToJudge, progress), progress, verify_one);
     return;
   }
   if (input.checked.report.usable) refuse_loose_bodies(options, input, progress);
   verify_one(options, input, stages, progress);
+}
+
+/// Of a mesh that is only looked at.
+Pictures draw_looked_at(const Options& options, const ReadMesh& mesh, const Progress& progress) {
+  progress.begin("draw");
+  require_planes_meet(options, mesh.checked.mesh);
+  Delivery body = delivery_of({.mesh = mesh.checked.mesh, .format = "", .notes = {}, .modifiers = mesh.modifiers}, std::nullopt);
+  for (Part& part : read_fixed(options, progress)) body.parts.push_back(std::move(part));
+  const double density = options.print.density_g_cm3;
+  const MassProperties mass = mass_properties(moments_of(body, progress) + insert_moments(body, density), density);
+  Subject subject{body, {.up = options.picture_up.normalized()}, options.input.filename().string()};
+  subject.marks.mass_g = mass.mass_g;
+  subject.marks.centre_of_mass_mm = mass.centre_of_mass_mm;
+  Pictures pictures;
+  pictures.draw(options, {subject});
+  pictures.write();
+  return pictures;
+}
+
+void run_view(const Options& options, Stages& stages, const Progress& progress) {
+  if (is_printed(options.input)) {
+    progress.begin("measure");
+    Options keeping = options;
+    keeping.printed.keep_beads = true;
+    const Measurement measurement = measured(keeping, nullptr, "");
+    progress.begin("draw");
+    const Pictures pictures = draw_printed(options, measurement);
+    stages.finish();
+    if (!options.quiet) std::cout << printable(pictures.told());
+    return;
+  }
+  const ReadMesh input = read(options.input, options, kChecksToJudge, progress);
+  refuse_unusable(input);
+  const Pictures pictures = draw_looked_at(options, input, progress);
+  stages.finish();
+  if (!options.quiet) std::cout << printable(pictures.told());
 }
 
 void run_inspect(const Options& options, Stages& stages, const Progress& progress) {
@@ -595,12 +691,14 @@ void run_inspect(const Options& options, Stages& stages, const Progress& progres
     for (std::size_t t = 0; t < boundary.triangles.size(); ++t)
       area_mm2 += 0.5 * (boundary.corner(t, 1) - boundary.corner(t, 0)).cross(boundary.corner(t, 2) - boundary.corner(t, 0)).norm();
   }
+  Pictures pictures;
+  if (mass && options.draws()) pictures = draw_looked_at(options, input, progress);
   stages.finish();
   const Inspection inspection{input.summary, options.print.density_g_cm3, area_mm2, mass ? &*mass : nullptr};
   if (options.json)
     std::cout << to_json(inspection);
   else if (!options.quiet)
-    std::cout << printable(to_text(inspection));
+    std::cout << printable(to_text(inspection) + pictures.told());
   if (!options.html.empty()) {
     const MeshFile shown{.mesh = input.checked.mesh, .format = "", .notes = {}, .modifiers = input.modifiers};
     std::cout.flush();
@@ -637,7 +735,7 @@ Advice advise_repair(const Options& options, const Progress& progress, const Sea
 Advice advise(const Options& options, const std::function<bool()>& cancelled, const Search& search) {
   const auto limit = limit_threads(options);
   Stages stages(options);
-  const Progress progress{.stage = [&stages](std::string_view name) { stages.begin(name); }, .cancelled = cancelled};
+  const Progress progress = followed_by(stages, cancelled);
   ReadMesh input = read(options.input, options, {}, progress);
   if (!input.checked.report.usable && input.checked.report.repairable) return advise_repair(options, progress, search);
   refuse_unusable(input);
@@ -652,9 +750,7 @@ void run(const Options& options, const std::function<bool()>& cancelled) {
   if (!options.each) require_outputs(options);
   if (!options.saved_config.empty()) write_text_file(options.saved_config, options.config);
   Stages stages(options);
-  Progress progress;
-  progress.stage = [&stages](std::string_view name) { stages.begin(name); };
-  progress.cancelled = cancelled;
+  const Progress progress = followed_by(stages, cancelled);
   switch (options.command) {
     case Command::hollow:
       run_hollow(options, stages, progress);
@@ -664,6 +760,9 @@ void run(const Options& options, const std::function<bool()>& cancelled) {
       break;
     case Command::inspect:
       run_inspect(options, stages, progress);
+      break;
+    case Command::view:
+      run_view(options, stages, progress);
       break;
     case Command::measure:
       run_measure(options, stages, progress);

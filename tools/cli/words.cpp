@@ -145,6 +145,13 @@ An output cannot be written; the message says so when it is only standard output
 .TP
 .B 130, 143, 129
 Interrupted by SIGINT, SIGTERM or SIGHUP, within a second. Nothing is left behind, and what stood in the output's place still does.
+.SH ENVIRONMENT
+.TP
+.B NO_COLOR
+Set to anything: progress on a terminal is told without bold letters.
+.TP
+.B TERM
+Unset or dumb: as if standard error were no terminal.
 .SH EXAMPLES
 .TP
 .B rayrep float examples/duck.stl \-\-fluid 1.0
@@ -167,6 +174,9 @@ A part of 50 g with its centre of mass on the z axis, as low as it goes, and the
 .TP
 .B rayrep verify bird_spin.stl \-\-goal spin \-\-original examples/bird.stl
 Does this top spin on its lowest point, and is it the bird outside?
+.TP
+.B rayrep float examples/duck.stl \-\-section y \-\-section z=10:plan.png \-\-picture duck.png
+Pictures as well: a section through the centre of mass, one at a height, and before and after, cut open.
 .SH NOTES
 Print the result solid (100 % infill), with supports on the build plate only: a mesh with a cavity, printed at 15 % infill, has another
 mass, and automatic supports fill the cavity. A 3MF output asks PrusaSlicer, Bambu Studio and OrcaSlicer for both; other slicers and

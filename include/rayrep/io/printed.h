@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "rayrep/io/mesh_io.h"
+#include "rayrep/physics/bead.h"
 #include "rayrep/physics/moments.h"
 
 namespace rayrep {
@@ -33,6 +34,7 @@ struct PrintedOptions {
   ReadOptions file;
   /// Wins over what the file says. Where neither does: 1.75, or 2.85 if the beads would be narrower than 0.2 mm otherwise.
   std::optional<double> filament_diameter_mm;
+  bool keep_beads = false;  ///< in Printed::beads
 };
 
 /// What a file for a printer lays down, in the printer's own coordinates.
@@ -49,6 +51,8 @@ struct Printed {
   std::string told;                       ///< its own words for that
   std::vector<std::string> objects;       ///< names of the objects on the bed, where the file tells them
   std::vector<std::string> notes;
+  /// Of G-code, on request: what becomes part of the body, in order of the file; of arcs chords.
+  std::vector<Bead> beads = {};
 
   /// As the file says, or usual.
   std::optional<double> likely_density_g_cm3() const { return density_g_cm3 ? density_g_cm3 : usual_density_g_cm3; }

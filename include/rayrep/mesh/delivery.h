@@ -35,6 +35,8 @@ struct Delivery {
   std::vector<Part> parts;
   /// Heights above the bed at which the print is paused to put something in, ascending.
   std::vector<double> pauses_mm = {};
+  /// A picture of it for viewers of files, which 3MF holds; empty: none.
+  std::string thumbnail_png = {};
 
   /// All parts of that role in one mesh.
   Mesh mesh_of(Part::Role role) const;
