@@ -393,7 +393,7 @@ private:
       legend.add("centre of mass" + place(*marks_.centre_of_mass_mm),
                  [](Drawing& d, const Vector2d& at) { draw_centre(d, at, colour_of(0x000000)); });
     if (marks_.centre_before_mm)
-      legend.add("before: of the solid" + place(*marks_.centre_before_mm),
+      legend.add("before" + place(*marks_.centre_before_mm),
                  [](Drawing& d, const Vector2d& at) { draw_centre(d, at, ink::kFaint); });
     if (has_water_line()) legend.add_line("waterline", {ink::kWater, 2.2});
     if (marks_.water)

@@ -562,6 +562,7 @@ void verify_printed(const Options& options, Stages& stages, const Progress& prog
   Options reading = options;
   reading.printed.keep_beads = options.draws();
   report.print = measured(reading, &original.checked.mesh, options.original.string());
+  const Mesh bars = options.draws() ? laid_down(*report.print) : Mesh{};
   Spec spec = options.spec;
   std::visit([&](auto& s) { s.print.density_g_cm3 = report.print->density_g_cm3; }, spec);
   progress.begin("verify");
@@ -573,7 +574,7 @@ void verify_printed(const Options& options, Stages& stages, const Progress& prog
   if (options.draws()) {
     progress.begin("draw");
     Delivery printed = judged;
-    printed.parts.push_back({.mesh = laid_down(*report.print)});
+    printed.parts.push_back({.mesh = bars});
     const Mesh& outside = original.checked.mesh;
     pictures = draw_judged(options, subject_of(options, printed, outside, report, progress), &outside, progress);
   }

@@ -110,32 +110,28 @@ void Stages::clear_line() const {
 
 std::string Stages::emphasised(const std::string& text) const { return colour_ ? "\033[1m" + text + "\033[0m" : text; }
 
-/// From what the stages before this one took, and what is usually still to come; none before it tells anything.
+/// From what the stages before this one took, and how such runs share their time; nothing is known before some of it has passed.
 std::optional<double> Stages::seconds_left() const {
   constexpr double kTelling = 15;  // percent
   if (!known_) return std::nullopt;
+  const auto spent = [this](std::string_view stage) {
+    const auto found = std::find_if(spent_.begin(), spent_.end(), [&](const auto& s) { return s.first == stage; });
+    const double before = found == spent_.end() ? 0 : found->second;
+    return before + (current_ == stage ? seconds(shown_ - started_) : 0);
+  };
+  const auto now = std::find_if(std::begin(kShares), std::end(kShares), [this](const Share& s) { return current_ == s.stage; });
   double done = 0;
   double took = 0;
-  double to_come = 0;
-  bool reached = false;
-  for (const Share& share : kShares) {
-    reached |= current_ == share.stage;
-    const auto spent = std::find_if(spent_.begin(), spent_.end(), [&](const auto& s) { return s.first == share.stage; });
-    const bool skipped = spent == spent_.end() && std::string_view(share.stage) == "waterline";
-    if (reached && current_ != share.stage) {
-      to_come += share.percent;
-    } else if (!reached && !skipped) {
-      done += share.percent;
-      took += spent == spent_.end() ? 0 : spent->second;
+  for (auto share = std::begin(kShares); share != now; ++share)
+    if (const double s = spent(share->stage); s > 0) {  // not every run has every stage
+      done += share->percent;
+      took += s;
     }
-  }
-  if (!reached || done < kTelling) return std::nullopt;
-  const double own = seconds(shown_ - started_);
-  double own_percent = 0;
-  for (const Share& share : kShares)
-    if (current_ == share.stage) own_percent = share.percent;
-  const double each = took / done;  // seconds for a percent
-  return std::max(0.0, own_percent * each - own) + to_come * each;
+  if (now == std::end(kShares) || done < kTelling) return std::nullopt;
+  double left = 0;
+  for (auto share = now; share != std::end(kShares); ++share)
+    left += std::max(0.0, share->percent * took / done - spent(share->stage));
+  return left;
 }
 
 }  // namespace rayrep::tool
