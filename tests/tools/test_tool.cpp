@@ -1113,6 +1113,24 @@ TEST_F(Tool, DrawsPictures) {
   EXPECT_EQ(png_size(text_of(folder_ / "e.png")).first, 1440U);
 }
 
+// Every 3MF that is written holds a picture of itself, and slicers read it as before.
+TEST_F(Tool, ThreeMfHasAThumbnailThatHarmsNothing) {
+  ASSERT_EQ(run("float egg.stl --resolution 40 -o e.3mf").code, 0);
+  ASSERT_EQ(run("float egg.stl --resolution 40 -o e.obj").code, 0);
+  const MeshFile pictured = read_mesh(folder_ / "e.3mf");
+  EXPECT_EQ(pictured.mesh.vertices, read_mesh(folder_ / "e.obj").mesh.vertices);
+  const std::string bytes = text_of(folder_ / "e.3mf");
+  EXPECT_NE(bytes.find("Metadata/thumbnail.png"), std::string::npos);
+  if (std::system("command -v prusa-slicer >/dev/null") != 0) GTEST_SKIP() << "no prusa-slicer (package prusa-slicer)";
+  ASSERT_EQ(std::system(("cd '" + folder_.string() + "' && prusa-slicer --info e.3mf >.out 2>.err").c_str()), 0);
+  const std::string info = text_of(folder_ / ".out");
+  EXPECT_TRUE(mentions(info, {"manifold = yes", "number_of_facets"})) << info;
+  const std::size_t at = info.find("volume = ");
+  ASSERT_NE(at, std::string::npos);
+  const double volume = mesh_moments(pictured.mesh)[M1];
+  EXPECT_NEAR(std::strtod(info.c_str() + at + 9, nullptr), volume, 1e-3 * volume);
+}
+
 TEST_F(Tool, RefusesPicturesThatCannotBe) {
   EXPECT_TRUE(mentions(run("float egg.stl --section y=500").err, {"y = 500 mm", "between -22 and 22"}));
   EXPECT_EQ(run("float egg.stl --section y=500").code, 2);
