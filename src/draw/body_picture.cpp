@@ -63,15 +63,15 @@ struct Stage {
 Stage stage_for(const SectionPlane& plane, double offset_mm, const Vector3d& up) {
   constexpr double kDegree = std::numbers::pi / 180;
   const SectionView view = view_of(plane, offset_mm, up);
-  const Vector3d to_viewer = view.to_view.row(2);
   Stage stage;
-  stage.cut = {to_viewer, view.depth_mm};
-  if (view.level) {
-    stage.to_view = looking(up, -30 * kDegree, 50 * kDegree);
-  } else {
-    const Vector3d seen = up_to_z(up) * to_viewer;
-    stage.to_view = looking(up, std::atan2(seen.x(), -seen.y()) - 32 * kDegree, 22 * kDegree);
+  stage.cut = {view.to_view.row(2), view.depth_mm};
+  Vector3d seen = up_to_z(up) * stage.cut.normal;
+  if (seen.z() < -1e-9) {  // always from above
+    stage.cut = {-stage.cut.normal, -stage.cut.offset_mm};
+    seen = -seen;
   }
+  stage.to_view = view.level ? looking(up, -30 * kDegree, 50 * kDegree)
+                             : looking(up, std::atan2(seen.x(), -seen.y()) - 32 * kDegree, 22 * kDegree);
   return stage;
 }
 

@@ -220,5 +220,27 @@ TEST(BodyDrawing, ShowsHowFarTheOutsideWasMoved) {
   EXPECT_EQ(count(), 2) << "whole and cut";
 }
 
+// Whichever way a plane leans, the viewer stands where its cut is seen.
+TEST(BodyDrawing, EveryCutIsSeen) {
+  const Delivery body = test::delivery(test::icosphere(10, 3));
+  std::vector<Vector3d> normals = {{0.2, 0, -1}, {-0.2, 0, 1}, {0, 0.06, -1}, {0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {-1, 1, -3}};
+  for (std::uint64_t seed = 1; seed < 20; ++seed) normals.emplace_back(test::random_rotation(seed).row(0));
+  for (const Vector3d& normal : normals)
+    for (const Vector3d& up : {Vector3d(0, 0, 1), Vector3d(0, -1, 0), Vector3d(1, 2, -1)}) {
+      Subject subject{body, {}, "ball"};
+      subject.marks.up = up.normalized();
+      const Drawing drawing = body_drawing({subject, nullptr, nullptr, SectionPlane{normal.normalized(), 1.0, "n"}});
+      double cut = 0;
+      for (const auto& item : drawing.items)
+        if (const PlacedImage* placed = std::get_if<PlacedImage>(&item))
+          for (std::size_t n = 0; n < placed->image.rgba.size(); n += 4) {
+            const std::uint8_t* p = &placed->image.rgba[n];
+            cut += p[0] == 0xed && p[1] == 0xb4 && p[2] == 0x5e;
+          }
+      const double px_per_mm = 2 * drawing.scale;
+      EXPECT_GT(cut, 0.3 * test::kPi * 99 * px_per_mm * px_per_mm) << normal.transpose() << " with up " << up.transpose();
+    }
+}
+
 }  // namespace
 }  // namespace rayrep

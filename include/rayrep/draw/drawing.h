@@ -91,7 +91,7 @@ std::string to_png(const Image& image);
 /// About how wide a text is.
 double text_width_px(const std::string& text, double size_px);
 
-/// "#rrggbb" bytes of base64, and text as XML may hold it: see to_svg. What is no UTF-8 and control characters become '?'.
+/// Text as pictures may hold it: what is no UTF-8, control characters and what XML does not allow become '?'.
 std::string displayable(const std::string& text);
 
 }  // namespace rayrep
