@@ -8,6 +8,7 @@
 
 #include "base/text.h"
 #include "draw/layout.h"
+#include "rayrep/base/error.h"
 #include "rayrep/draw/shading.h"
 #include "rayrep/physics/hydrostatics.h"
 
@@ -91,6 +92,8 @@ Camera camera_on(const std::vector<const Mesh*>& meshes, const Eigen::Matrix3d& 
 }
 
 std::vector<double> moved_mm(const Mesh& before, const Mesh& after) {
+  if (before.vertices.size() != after.vertices.size())
+    throw Error(ErrorCode::usage, "BodyPicture::deformed has not the vertices of what it was before.");
   std::vector<double> moved;
   for (std::size_t v = 0; v < after.vertices.size(); ++v) moved.push_back((after.vertices[v] - before.vertices[v]).norm());
   return moved;

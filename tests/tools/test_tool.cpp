@@ -1348,13 +1348,20 @@ TEST_F(Tool, AnOutsideThatWasDeformedIsAFileOfItsOwnAndIsTold) {
   EXPECT_TRUE(mentions(little.err, {"at most 0.05 mm (--deform-limit)"})) << little.err;
   EXPECT_FALSE(std::filesystem::exists(folder_ / "c_outside.stl"));
 
-  const Run made = run(couple + "--deform-limit 5 --deform-fixed -70,-30,60,-40,30,80 --report r.json -v");
+  const Run made = run(couple + "--deform-limit 5 --deform-fixed -70,-30,60,-40,30,80 --report r.json -v --picture p.svg");
   ASSERT_EQ(made.code, 0) << made.err;
   EXPECT_TRUE(mentions(made.out, {"the outside was changed", "c_outside.stl is the outside"}));
   const auto outside = nlohmann::json::parse(text_of(folder_ / "r.json"))["outside"];
   EXPECT_EQ(outside["path"], "c_outside.stl");
   EXPECT_GT(outside["largest_mm"].get<double>(), outside["rms_mm"].get<double>());
   EXPECT_LE(outside["largest_mm"].get<double>(), 5);
+  // The picture's scale ends with it.
+  const std::string picture = text_of(folder_ / "p.svg");
+  bool shown = false;
+  const std::regex lengths(">([0-9.]+) mm<");
+  for (std::sregex_iterator one(picture.begin(), picture.end(), lengths), none; one != none; ++one)
+    shown = shown || std::abs(std::stod((*one)[1].str()) - outside["largest_mm"].get<double>()) < 0.01;
+  EXPECT_TRUE(shown) << outside["largest_mm"];
   // What was fixed is where it was, corner by corner.
   const Mesh before = read_mesh(original).mesh;
   const Mesh after = read_mesh(folder_ / "c_outside.stl").mesh;

@@ -374,7 +374,7 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
     progress.begin("draw");
     Subject subject = subject_of(options, delivered, delivered.body(), report, progress);
     subject.marks.centre_before_mm = centre_of(given, progress);
-    pictures.draw(options, {subject, &given, report.outside ? &outside : nullptr});
+    pictures.draw(options, {subject, &given, report.outside ? &solid : nullptr});
   }
   report.timings_s = stages.finish();
   report.peak_memory_mb = peak_memory_mb();
