@@ -1209,9 +1209,9 @@ const std::vector<Syntax>& commands() {
                    "rayrep batch JOBS.jsonl -o FOLDER [options]: run many, each as a process of its own.\n"
                    "A job is a line of JSON: {\"command\": \"float\", \"mesh\": \"duck.stl\", \"options\": {\"wall\": 0.8}}\n"
                    "Run it again to go on where it was. Exit code 0: every job has its line, whatever that says.\n",
-                   "run many jobs, several at once, and go on where that was interrupted", Command::batch});
+                   "run many jobs, several at once, and go on where that was interrupted", Command::batch, "JOBS"});
     all.push_back({"sweep", "rayrep sweep COMMAND MESH... [options of COMMAND] --vary NAME=VALUES ...: the jobs of a study.\n",
-                   "write the jobs of a parameter study", Command::sweep});
+                   "write the jobs of a parameter study", Command::sweep, "GOAL"});
     return all;
   }();
   return table;

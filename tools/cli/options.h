@@ -130,6 +130,7 @@ struct Syntax {
   std::string headline;  ///< of its help
   std::string one_line;  ///< in the list of commands
   Command command;
+  std::string takes = "MESH";  ///< there
 };
 const std::vector<Syntax>& commands();
 std::vector<Group> groups_of(const Syntax& syntax, Options& options);

@@ -214,7 +214,7 @@ std::string overview() {
       "rayrep computes the inside of a 3D shape so that its print floats upright, spins, stands or has\n"
       "the mass, centre of mass and inertia that you want.\n\n";
   for (const Syntax& syntax : commands()) {
-    const std::string call = "  rayrep " + syntax.word + " MESH";
+    const std::string call = "  rayrep " + syntax.word + " " + syntax.takes;
     text += call + std::string(24 - call.size(), ' ') + syntax.one_line + "\n";
   }
   return text +
