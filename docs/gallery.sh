@@ -19,11 +19,11 @@ Each picture shows a body before and after, cut open; below it the section throu
 print. Made by `docs/gallery.sh`.
 END
 
-# show TITLE PLANE COMMAND...: one body
+# show TITLE PLANE COMMAND...: one body, in pictures called $as or by mesh and command
 show() {
   title=$1 plane=$2
   shift 2
-  name=$(basename "$2" .stl)_$1
+  name=${as-$(basename "$2" .stl)_$1}
   "$rayrep" "$@" --picture "$pictures/$name.png" --section "$plane:$pictures/${name}_section.png" -o "$name.3mf" --no-advice > out
   {
     printf '\n## %s\n\n![%s, before and after](gallery/%s.png)\n\n![section](gallery/%s_section.png)\n\n' "$title" "$title" "$name" "$name"
@@ -50,5 +50,5 @@ show "A wrestler with a core of tin" x spin sumo.stl --core-material tin
 show "A teapot that stands" y stand teapot.stl
 show "A couple that leans apart, its outside moved by up to 3 mm" y stand couple.stl --deform-limit 3
 show "A die that falls fairly, whatever was cut into it" y dice die.stl --size 25
-show "A duck printed with 15 % infill" y float duck.stl --infill 15
+as=duck_infill show "A duck printed with 15 % infill" y float duck.stl --infill 15
 mv "$text" "$root/docs/gallery.md"
