@@ -13,8 +13,8 @@ RUNS = [
     ("spin", "bird.stl", "--resolution", "40", "--certify"), ("spin", "heart.stl", "--yoyo", "--up", "y", "--resolution", "40"),
     ("spin", "sumo.stl", "--core-material", "tin", "--resolution", "40"), ("stand", "teapot.stl", "--resolution", "40"),
     ("stand", "couple.stl", "--deform-limit", "3", "--resolution", "40"), ("stand", "heart.stl", "--balls", "2", "--resolution", "40"),
-    ("target", "teapot.stl", "--minimise", "mass", "--resolution", "40"), ("pose", "die.stl", "--stand", "z", "--stand", "x", "--resolution", "40"),
-    ("dice", "die.stl", "--resolution", "40"), ("verify", "duck.stl", "--goal", "float"), ("inspect", "duck.stl"),
+    ("target", "duck.stl", "--mass", "50", "--resolution", "40"), ("pose", "die.stl", "--stand", "z", "--stand", "x", "--resolution", "40"),
+    ("dice", "die.stl", "--resolution", "40"), ("verify", "duck.stl", "--goal", "float", "--density", "0.5", "--waterline", "20"), ("inspect", "duck.stl"),
     ("float", "duck.stl", "--resolution", "40", "--waterline", "2", "--allow", "waterline"),
 ]
 
@@ -30,7 +30,7 @@ def main():
     failed = 0
     for command, mesh, *more in RUNS:
         with tempfile.TemporaryDirectory() as folder:
-            ended = subprocess.run([sys.argv[1], command, str(EXAMPLES / mesh), *more, "--json"], cwd=folder, capture_output=True, text=True)
+            ended = subprocess.run([str(Path(sys.argv[1]).resolve()), command, str(EXAMPLES / mesh), *more, "--json"], cwd=folder, capture_output=True, text=True)
         words = " ".join((command, mesh, *more))
         kind = command if command in ("inspect", "measure") else "run"
         try:

@@ -513,7 +513,7 @@ TEST_F(Tool, JsonStandsAloneOnStandardOutput) {
   auto written = nlohmann::json::parse(text_of(folder_ / "r.json"));
   EXPECT_EQ(printed, written);
   EXPECT_TRUE(printed["pass"].get<bool>());
-  const Run failed = run("verify egg.stl --goal float --json");
+  const Run failed = run("verify egg.stl --goal float --density 0.5 --waterline 3 --json");
   EXPECT_EQ(failed.code, 4);
   EXPECT_FALSE(nlohmann::json::parse(failed.out)["pass"].get<bool>());
   EXPECT_EQ(run("float egg.stl --each --json").code, 2);
