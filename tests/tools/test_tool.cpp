@@ -1109,7 +1109,8 @@ TEST_F(Tool, DrawsPictures) {
   EXPECT_TRUE(fs::exists(folder_ / "e_section_z.svg"));
   const Run viewed = run("view out/e.3mf");
   EXPECT_EQ(viewed.code, 0) << viewed.err;
-  EXPECT_EQ(viewed.out, "picture: e.png\n");
+  EXPECT_EQ(viewed.out, "picture: e.png\npage: e.html\n");
+  EXPECT_TRUE(mentions(text_of(folder_ / "e.html"), {"<!doctype html>"}));
   EXPECT_EQ(png_size(text_of(folder_ / "e.png")).first, 1440U);
 }
 

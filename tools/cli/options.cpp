@@ -725,6 +725,7 @@ std::vector<Group> view_groups(Options& options) {
   mesh.settings.push_back(fixed_row(options, "In mm, where it is in the body. May be given several times."));
   Group pictures{"Pictures", picture_rows(options)};
   pictures.settings.push_back(picture_up_row(options));
+  pictures.settings.push_back(html_row(options));
   append(pictures.settings, common_rows(options, false));
   return {mesh, pictures};
 }
@@ -933,7 +934,7 @@ void note_in_force(const std::vector<Group>& groups, Options& options) {
 /// @throws Error{usage} for what goes with a file for a printer only, or does not go with one
 void check_print(const Given& given, Options& options) {
   const bool print = is_printed(options.input);
-  if (options.command == Command::inspect && print && !options.html.empty())
+  if ((options.command == Command::inspect || options.command == Command::view) && print && !options.html.empty())
     usage_error("A page shows meshes: 'rayrep verify " + options.input.string() +
                 " --original MESH --html FILE' shows what was printed.");
   if (options.command == Command::inspect && print) options.command = Command::measure;
@@ -1092,8 +1093,10 @@ void choose_pictures(Options& options) {
   const bool writes = options.command == Command::hollow;
   const std::filesystem::path& of = writes ? options.output : options.input;
   const std::filesystem::path folder = writes ? of.parent_path() : std::filesystem::path();
-  if (options.command == Command::view && options.sections.empty() && options.picture.empty())
+  if (options.command == Command::view && options.sections.empty() && options.picture.empty() && options.html.empty()) {
     options.picture = of.stem().string() + ".png";
+    if (!is_printed(options.input)) options.html = of.stem().string() + ".html";
+  }
   const auto require_kind = [](const char* name, const std::filesystem::path& path) {
     std::string ending = path.extension().string();
     std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -1198,9 +1201,10 @@ const std::vector<Syntax>& commands() {
                    "FILE.sl1: of what a resin printer cures, its supports and pad counted.\n",
                    "mass, centre of mass and inertia of what a .gcode or .sl1 file prints", Command::measure});
     all.push_back({"view",
-                   "rayrep view MESH [options]: pictures of MESH, whole and cut.\n"
-                   "Without --section and --picture NAME.png. Of a .gcode file: of what the nozzle lays down.\n",
-                   "pictures of MESH, whole and cut", Command::view});
+                   "rayrep view MESH [options]: pictures of MESH, whole and cut, and a page to turn and cut it.\n"
+                   "Without --section, --picture and --html it writes NAME.png and NAME.html; of a .gcode file\n"
+                   "NAME.png of what the nozzle lays down.\n",
+                   "pictures of MESH, whole and cut, and a page to turn and cut it", Command::view});
     all.push_back({"inspect",
                    "rayrep inspect MESH [options]: size, volume, mass, centre of mass, inertia and defects of MESH.\n"
                    "Of a .gcode or .sl1 file what measure tells.\n",

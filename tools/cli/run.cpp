@@ -663,6 +663,49 @@ Pictures draw_looked_at(const Options& options, const ReadMesh& mesh, const Prog
   return pictures;
 }
 
+/// Of a mesh that is only looked at: nothing where it is not closed.
+struct LookedAt {
+  std::optional<MassProperties> mass;
+  double area_mm2 = 0;
+};
+LookedAt look_at(const Options& options, const ReadMesh& input, const Progress& progress) {
+  LookedAt found;
+  if (!input.checked.report.usable) return found;
+  const Mesh boundary = boundary_of_union(input.checked.mesh, progress);
+  found.mass = mass_properties(boundary, options.print.density_g_cm3);
+  for (std::size_t t = 0; t < boundary.triangles.size(); ++t)
+    found.area_mm2 +=
+        0.5 * (boundary.corner(t, 1) - boundary.corner(t, 0)).cross(boundary.corner(t, 2) - boundary.corner(t, 0)).norm();
+  return found;
+}
+
+Inspection inspection_of(const Options& options, const ReadMesh& input, const LookedAt& found) {
+  return {input.summary, options.print.density_g_cm3, found.area_mm2, found.mass ? &*found.mass : nullptr};
+}
+
+void write_page(const Options& options, const ReadMesh& input, const Inspection& inspection) {
+  if (options.html.empty()) return;
+  const MeshFile shown{.mesh = input.checked.mesh, .format = "", .notes = {}, .modifiers = input.modifiers};
+  std::cout.flush();
+  write_text_file(options.html, to_html(inspection, delivery_of(shown, std::nullopt)));
+}
+
+void run_inspect(const Options& options, Stages& stages, const Progress& progress) {
+  const ReadMesh input = read(options.input, options, {}, progress);
+  const LookedAt found = look_at(options, input, progress);
+  Pictures pictures;
+  if (found.mass && options.draws()) pictures = draw_looked_at(options, input, progress);
+  stages.finish();
+  const Inspection inspection = inspection_of(options, input, found);
+  if (options.json)
+    std::cout << to_json(inspection);
+  else if (!options.quiet)
+    std::cout << printable(to_text(inspection) + pictures.told());
+  write_page(options, input, inspection);
+  refuse_unusable(input);
+  write_inertial(options, *found.mass);
+}
+
 void run_view(const Options& options, Stages& stages, const Progress& progress) {
   if (is_printed(options.input)) {
     progress.begin("measure");
@@ -677,36 +720,13 @@ void run_view(const Options& options, Stages& stages, const Progress& progress) 
   }
   const ReadMesh input = read(options.input, options, kChecksToJudge, progress);
   refuse_unusable(input);
-  const Pictures pictures = draw_looked_at(options, input, progress);
+  Pictures pictures;
+  if (options.draws()) pictures = draw_looked_at(options, input, progress);
   stages.finish();
   if (!options.quiet) std::cout << printable(pictures.told());
-}
-
-void run_inspect(const Options& options, Stages& stages, const Progress& progress) {
-  const ReadMesh input = read(options.input, options, {}, progress);
-  std::optional<MassProperties> mass;
-  double area_mm2 = 0;
-  if (input.checked.report.usable) {
-    const Mesh boundary = boundary_of_union(input.checked.mesh, progress);
-    mass = mass_properties(boundary, options.print.density_g_cm3);
-    for (std::size_t t = 0; t < boundary.triangles.size(); ++t)
-      area_mm2 += 0.5 * (boundary.corner(t, 1) - boundary.corner(t, 0)).cross(boundary.corner(t, 2) - boundary.corner(t, 0)).norm();
-  }
-  Pictures pictures;
-  if (mass && options.draws()) pictures = draw_looked_at(options, input, progress);
-  stages.finish();
-  const Inspection inspection{input.summary, options.print.density_g_cm3, area_mm2, mass ? &*mass : nullptr};
-  if (options.json)
-    std::cout << to_json(inspection);
-  else if (!options.quiet)
-    std::cout << printable(to_text(inspection) + pictures.told());
-  if (!options.html.empty()) {
-    const MeshFile shown{.mesh = input.checked.mesh, .format = "", .notes = {}, .modifiers = input.modifiers};
-    std::cout.flush();
-    write_text_file(options.html, to_html(inspection, delivery_of(shown, std::nullopt)));
-  }
-  refuse_unusable(input);
-  write_inertial(options, *mass);
+  if (options.html.empty()) return;
+  write_page(options, input, inspection_of(options, input, look_at(options, input, progress)));
+  if (!options.quiet) std::cout << "page: " << printable(options.html.string()) << "\n";
 }
 
 std::optional<tbb::global_control> limit_threads(const Options& options) {
