@@ -14,6 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "places.h"
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -349,7 +351,7 @@ std::vector<fs::path> sources_below(const fs::path& folder) {
   return found;
 }
 
-const fs::path kRoot = RAYREP_SOURCE_DIR;
+const fs::path kRoot = test::source_folder();
 
 /// Functions with more parameters for a reason: a signature of Ipopt's; the innermost loop, whose restricted pointers are promises
 /// only as parameters.

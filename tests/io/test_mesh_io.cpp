@@ -23,6 +23,7 @@
 #include <string>
 
 #include "io/mesh_io_detail.h"
+#include "places.h"
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/mesh/mesh_check.h"
@@ -331,7 +332,7 @@ TEST_F(MeshIo, WrittenThreeMfLocksTheInfillAndKeepsSupportsOutOfCavities) {
 }
 
 TEST_F(MeshIo, EveryFileOfTheSharedMeshes) {
-  const fs::path meshes = RAYREP_SHARED_MESHES;
+  const fs::path meshes = test::shared_meshes();
   if (!fs::exists(meshes / "stats.json")) GTEST_SKIP() << "no " << meshes;
   const auto stats = nlohmann::json::parse(std::ifstream(meshes / "stats.json"));
   ASSERT_EQ(stats.size(), 35u);
@@ -365,7 +366,7 @@ TEST_F(MeshIo, EveryFileOfTheSharedMeshes) {
 }
 
 TEST_F(MeshIo, SharedMeshesSurviveEveryKind) {
-  const fs::path meshes = RAYREP_SHARED_MESHES;
+  const fs::path meshes = test::shared_meshes();
   if (!fs::exists(meshes)) GTEST_SKIP() << "no " << meshes;
   for (const char* name : {"duck.obj", "dragon_vrip_res3.ply", "rabbit.obj", "heartgears.3mf", "测试模型 Würfel №1.obj"}) {
     const Mesh mesh = read_mesh(meshes / name).mesh;
@@ -382,7 +383,7 @@ TEST_F(MeshIo, SharedMeshesSurviveEveryKind) {
 }
 
 TEST_F(MeshIo, EveryCaseThatFailedBefore) {
-  const fs::path cases = fs::path(RAYREP_SHARED_MESHES).parent_path() / "cases";
+  const fs::path cases = test::shared_meshes().parent_path() / "cases";
   if (!fs::exists(cases)) GTEST_SKIP() << "no " << cases;
   struct Case {
     const char* name;

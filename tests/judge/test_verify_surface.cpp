@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "places.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/judge/verify.h"
 #include "solids.h"
@@ -126,7 +127,7 @@ TEST(OuterDeviation, IsJudgedByTheRoundingOfTheCoordinatesAsTheyAre) {
 }
 
 TEST(OuterDeviation, OfTheSharedCases) {
-  const auto folder = std::filesystem::path(RAYREP_SHARED_MESHES).parent_path() / "cases";
+  const auto folder = test::shared_meshes().parent_path() / "cases";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is missing";
   const auto of = [&](const char* name) { return read_mesh(folder / name).mesh; };
   EXPECT_NEAR(deviation(of("ca_spike10.obj"), of("ca_plain.obj")), 10, 1e-2);

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <ostream>
 
+#include "places.h"
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/judge/verify.h"
@@ -188,7 +189,7 @@ TEST(HollowFloat, SaysThatTheShellIsTooHeavy) {
 
 // A long tail: with 1 % more plastic it would come to rest 10 degrees off. It is refused, or made so that it bears that.
 TEST(HollowFloat, WhatASearchFindsBearsALittleMorePlastic) {
-  const std::filesystem::path path = std::filesystem::path(RAYREP_SHARED_MESHES) / "t-rex.obj";
+  const std::filesystem::path path = test::shared_meshes() / "t-rex.obj";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no shared meshes";
   const Mesh rex = read_mesh(path).mesh;
   const Mesh solid = test::scaled(rex, 80 / bounding_box(rex).sizes().maxCoeff());
@@ -307,7 +308,7 @@ TEST(HollowFloat, CanBeInterruptedInEveryStage) {
 
 TEST(HollowFloat, EveryExampleKeepsTheWallInAllTrianglesAndCrossesNowhereAsStored) {
   std::size_t examples = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(RAYREP_SOURCE_DIR) / "examples")) {
+  for (const auto& entry : std::filesystem::directory_iterator(test::source_folder() / "examples")) {
     if (entry.path().extension() != ".stl") continue;
     ++examples;
     const Mesh solid = require_solid(read_mesh(entry.path()).mesh, "example").mesh;
@@ -350,7 +351,7 @@ class SharedShapes : public ::testing::TestWithParam<Shape> {};
 
 TEST_P(SharedShapes, FloatsUpright) {
   const Shape& shape = GetParam();
-  const auto path = std::filesystem::path(RAYREP_SHARED_MESHES) / shape.file;
+  const auto path = test::shared_meshes() / shape.file;
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is missing";
   Mesh mesh = read_mesh(path).mesh;
   if (shape.size_mm > 0) mesh = scaled(mesh, shape.size_mm / bounding_box(mesh).sizes().maxCoeff());

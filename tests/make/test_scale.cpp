@@ -8,6 +8,7 @@
 #include <string>
 #include <variant>
 
+#include "places.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/make/hollow.h"
 #include "solids.h"
@@ -17,9 +18,7 @@ namespace {
 
 using namespace test;
 
-Mesh example(const std::string& name) {
-  return read_mesh(std::filesystem::path(RAYREP_SOURCE_DIR) / "examples" / (name + ".stl")).mesh;
-}
+Mesh example(const std::string& name) { return read_mesh(test::source_folder() / "examples" / (name + ".stl")).mesh; }
 
 struct ScaleCase {
   const char* name;

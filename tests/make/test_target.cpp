@@ -6,6 +6,7 @@
 #include <pugixml.hpp>
 #include <sstream>
 
+#include "places.h"
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/judge/verify.h"
@@ -703,7 +704,7 @@ class SharedTargets : public ::testing::TestWithParam<Shape> {};
 
 TEST_P(SharedTargets, MassCentreAndInertiaAreMet) {
   const Shape& shape = GetParam();
-  const auto path = std::filesystem::path(RAYREP_SHARED_MESHES) / shape.file;
+  const auto path = test::shared_meshes() / shape.file;
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is missing";
   Mesh mesh = read_mesh(path).mesh;
   mesh = require_solid(scaled(mesh, 80 / bounding_box(mesh).sizes().maxCoeff()), shape.file).mesh;

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "places.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/mesh/bodies.h"
 #include "rayrep/mesh/mesh_check.h"
@@ -30,7 +31,7 @@ TEST(Bodies, WhatCrossesTouchesOrNestsIsOne) {
 }
 
 TEST(Bodies, ACrossingElsewhereDoesNotHideThem) {
-  const std::filesystem::path cases = std::filesystem::path(RAYREP_SHARED_MESHES) / "../cases";
+  const std::filesystem::path cases = test::shared_meshes() / "../cases";
   if (!std::filesystem::exists(cases)) GTEST_SKIP() << "no " << cases;
   for (const char* name : {"three_towers.stl", "three_towers_one_knob.stl"})
     EXPECT_EQ(bodies_of(check_mesh(read_mesh(cases / name).mesh).mesh).count, 3) << name;

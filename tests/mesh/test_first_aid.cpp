@@ -14,6 +14,7 @@
 
 #include "mesh/point_tree.h"
 #include "mesh/polygon.h"
+#include "places.h"
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/mesh/mesh_check.h"
@@ -574,7 +575,7 @@ TEST(PointTree, FindsWhatIsNearASegment) {
 }
 
 TEST(SharedCases, MeshesThatEverySlicerPrints) {
-  const std::filesystem::path cases = std::filesystem::path(RAYREP_SHARED_MESHES) / ".." / "cases";
+  const std::filesystem::path cases = test::shared_meshes() / ".." / "cases";
   if (!std::filesystem::exists(cases)) GTEST_SKIP() << "no " << cases;
   // Volumes by the triangles of the files, without what is to be left out.
   const std::map<std::string, double> volumes = {{"j_tjunction.obj", 6000},

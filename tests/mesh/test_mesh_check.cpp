@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "mesh/predicates.h"
+#include "places.h"
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/mesh/mesh_check.h"
@@ -600,17 +601,17 @@ TEST(MeshCheck, CountsCrossingPairs) {
 namespace fs = std::filesystem;
 
 nlohmann::json shared_stats() {
-  std::ifstream file(fs::path(RAYREP_SHARED_MESHES) / "stats.json");
+  std::ifstream file(test::shared_meshes() / "stats.json");
   return file ? nlohmann::json::parse(file) : nlohmann::json();
 }
 
 TEST(SharedMeshes, CountsAgreeWithTheirTable) {
   const nlohmann::json stats = shared_stats();
-  if (stats.empty()) GTEST_SKIP() << "no " << RAYREP_SHARED_MESHES;
+  if (stats.empty()) GTEST_SKIP() << "no " << test::shared_meshes();
   std::size_t seen = 0;
   for (const auto& expected : stats) {
     const std::string name = expected["file"];
-    const fs::path path = fs::path(RAYREP_SHARED_MESHES) / fs::path(std::u8string(name.begin(), name.end()));
+    const fs::path path = test::shared_meshes() / fs::path(std::u8string(name.begin(), name.end()));
     if (!fs::exists(path)) continue;
     SCOPED_TRACE(name);
     ++seen;
@@ -649,8 +650,8 @@ TEST(SharedMeshes, CountsAgreeWithTheirTable) {
 }
 
 TEST(SharedMeshes, HowTheDifficultOnesAreMended) {
-  if (shared_stats().empty()) GTEST_SKIP() << "no " << RAYREP_SHARED_MESHES;
-  const auto checked = [](const std::string& name) { return check_mesh(read_mesh(fs::path(RAYREP_SHARED_MESHES) / name).mesh); };
+  if (shared_stats().empty()) GTEST_SKIP() << "no " << test::shared_meshes();
+  const auto checked = [](const std::string& name) { return check_mesh(read_mesh(test::shared_meshes() / name).mesh); };
 
   const CheckedMesh crystal = checked("thingi10k_100827_chrystal.stl");  // T-junctions
   EXPECT_TRUE(crystal.report.usable) << crystal.report.refusal;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "places.h"
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/mesh/mesh_check.h"
@@ -376,7 +377,7 @@ TEST(BoundaryOfUnion, EverySheetOfTheResultSeparatesMaterialFromVoid) {
 // ------------------------------------------------------------------------------------------------------------ real meshes
 
 TEST(SharedMeshesUnion, VolumesAgreeWithRays) {
-  const std::filesystem::path folder = RAYREP_SHARED_MESHES;
+  const std::filesystem::path folder = test::shared_meshes();
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder;
   for (const std::string name :
        {"utah_teapot_solid.stl", "rabbit.obj", "human_man.obj", "heartgears.3mf", "thingi10k_61460_cuboctahedron_faces.stl",

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "places.h"
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/mesh/mesh_check.h"
@@ -380,7 +381,7 @@ TEST(Pockets, FloodOverALowPlaceOfTheRimWhereverItIs) {
 }
 
 Mesh shared_case(const std::string& name) {
-  const auto path = std::filesystem::path(RAYREP_SHARED_MESHES).parent_path() / "cases" / name;
+  const auto path = test::shared_meshes().parent_path() / "cases" / name;
   return std::filesystem::exists(path) ? with_merged_vertices(read_mesh(path).mesh) : Mesh();
 }
 

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <vector>
 
+#include "places.h"
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/physics/moments.h"
@@ -385,7 +386,7 @@ TEST(TiltingPlane, TheSafestPointIsWhereTheWorstAngleIsBest) {
 TEST(TiltingPlane, SharedMeshesTipAtTheReportedAngles) {
   int tried = 0;
   for (const char* name : {"bunny.obj", "t-rex.obj", "utah_teapot_solid.stl", "thingi10k_37620_cuboid.stl"}) {
-    const std::filesystem::path path = std::filesystem::path(RAYREP_SHARED_MESHES) / name;
+    const std::filesystem::path path = test::shared_meshes() / name;
     if (!std::filesystem::exists(path)) continue;
     ++tried;
     SCOPED_TRACE(name);

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <numbers>
 
+#include "places.h"
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/make/hollow.h"
@@ -167,7 +168,7 @@ TEST(Slicer, Slic3rPrintsWhatPrusaSlicerPrints) {
   for (const char* slicer : {"prusa-slicer", "slic3r"})
     if (std::system((std::string("command -v ") + slicer + " > /dev/null 2>&1").c_str()) != 0)
       GTEST_SKIP() << slicer << " is not installed";
-  const fs::path duck = fs::path(RAYREP_SOURCE_DIR) / "examples" / "duck.stl";
+  const fs::path duck = test::source_folder() / "examples" / "duck.stl";
   const Mesh mesh = read_mesh(duck).mesh;
   const fs::path profile = own_file("second.ini");
   std::ofstream(profile) << "layer_height = 0.2\nfirst_layer_height = 0.2\nperimeters = 2\nbed_shape = 0x0,200x0,200x200,0x200\n";
@@ -224,7 +225,7 @@ TEST(Slicer, WhatPrusaSlicerPrintsOfExamplesMeetsTheirGoals) {
   const Case cases[] = {{"duck.stl", FloatSpec{}}, {"duck.stl", sparse}, {"teapot.stl", StandSpec{}}};
   for (const Case& c : cases) {
     SCOPED_TRACE(c.mesh);
-    const Mesh body = require_solid(read_mesh(fs::path(RAYREP_SOURCE_DIR) / "examples" / c.mesh).mesh, c.mesh).mesh;
+    const Mesh body = require_solid(read_mesh(test::source_folder() / "examples" / c.mesh).mesh, c.mesh).mesh;
     HollowOptions options;
     options.resolution = 80;
     options.as_stored = [](const Mesh& mesh) { return as_stored("body.stl", mesh); };

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "places.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/mesh/mesh_check.h"
 #include "rayrep/rays/ray_cast.h"
@@ -236,7 +237,7 @@ TEST(SurfaceQuery, PointTriangleDistanceIsTheSmallest) {
 class SharedMeshes : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(SharedMeshes, NoBadRayOnAClosedMesh) {
-  const auto path = std::filesystem::path(RAYREP_SHARED_MESHES) / GetParam();
+  const auto path = test::shared_meshes() / GetParam();
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is missing";
   const CheckedMesh checked = require_solid(read_mesh(path).mesh, path.string(), {.self_intersections = false});
   for (const auto& R : {Eigen::Matrix3d(Eigen::Matrix3d::Identity()), random_rotation(4)}) {

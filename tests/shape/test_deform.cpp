@@ -11,6 +11,7 @@
 #include "make/plan.h"
 #include "make/spin_search.h"
 #include "mesh/crossing.h"
+#include "places.h"
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/judge/verify.h"
@@ -25,7 +26,7 @@ namespace {
 using Eigen::Vector3d;
 
 Mesh example(const std::string& name) {
-  const auto path = std::filesystem::path(RAYREP_SOURCE_DIR) / "examples" / (name + ".stl");
+  const auto path = test::source_folder() / "examples" / (name + ".stl");
   return check_mesh(read_mesh(path).mesh, {.self_intersections = false}).mesh;
 }
 

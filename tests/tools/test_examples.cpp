@@ -9,6 +9,7 @@
 #include <string>
 
 #include "example_shapes.h"
+#include "places.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/mesh/mesh_check.h"
 #include "rayrep/physics/moments.h"
@@ -18,7 +19,7 @@ namespace {
 
 class Examples : public testing::TestWithParam<ExampleShape> {
 protected:
-  std::filesystem::path path() const { return std::filesystem::path(RAYREP_SOURCE_DIR) / "examples" / (GetParam().name + ".stl"); }
+  std::filesystem::path path() const { return test::source_folder() / "examples" / (GetParam().name + ".stl"); }
 };
 
 TEST_P(Examples, FileHoldsOneSoundSolid) {

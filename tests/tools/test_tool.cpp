@@ -13,6 +13,7 @@
 #include <regex>
 #include <sstream>
 
+#include "places.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/judge/verify.h"
 #include "rayrep/mesh/mesh_check.h"
@@ -57,7 +58,7 @@ protected:
   };
 
   Run run(const std::string& arguments) const {
-    const std::string command = "cd '" + folder_.string() + "' && '" RAYREP_TOOL "' " + arguments + " >.out 2>.err";
+    const std::string command = "cd '" + folder_.string() + "' && '" + test::tool() + "' " + arguments + " >.out 2>.err";
     const int status = std::system(command.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(folder_ / ".out"), text_of(folder_ / ".err")};
   }
@@ -824,7 +825,7 @@ TEST_F(Tool, InterruptIs128AndTheSignalAndLeavesNothing) {
     ASSERT_GE(child, 0);
     if (child == 0) {
       if (chdir(folder_.c_str()) != 0) _exit(99);
-      execl(RAYREP_TOOL, "rayrep", "float", "egg.stl", "--size", "200", "--resolution", "1000", "--quiet",
+      execl(test::tool().c_str(), "rayrep", "float", "egg.stl", "--size", "200", "--resolution", "1000", "--quiet",
             static_cast<char*>(nullptr));
       _exit(98);
     }
@@ -880,7 +881,7 @@ TEST_F(Tool, MemoryToReadAMeshIsAnOption) {
 }
 
 TEST_F(Tool, ASummaryThatCannotBePrintedIsToldApartFromTheMesh) {
-  const std::string command = "cd '" + folder_.string() + "' && '" RAYREP_TOOL "' float egg.stl --resolution 30 ";
+  const std::string command = "cd '" + folder_.string() + "' && '" + test::tool() + "' float egg.stl --resolution 30 ";
   for (const char* where : {">/dev/full", ">&-"}) {
     fs::remove(folder_ / "egg_float.stl");
     const int status = std::system((command + where + " 2>.err").c_str());
@@ -892,7 +893,7 @@ TEST_F(Tool, ASummaryThatCannotBePrintedIsToldApartFromTheMesh) {
 }
 
 TEST_F(Tool, ReportsGoWhereStandardOutputGoes) {
-  const std::string command = "cd '" + folder_.string() + "' && '" RAYREP_TOOL "' float egg.stl --resolution 30 --report ";
+  const std::string command = "cd '" + folder_.string() + "' && '" + test::tool() + "' float egg.stl --resolution 30 --report ";
   for (const char* where : {"/dev/stdout -q | cat >r.json", "/dev/fd/3 3>r.json >/dev/null", "/dev/stdout -q >r.json"}) {
     fs::remove(folder_ / "r.json");
     ASSERT_EQ(std::system((command + where).c_str()), 0) << where;
@@ -1154,8 +1155,8 @@ TEST_F(Tool, PicturesAreWrittenOfSuccessOnly) {
 
 /// What a command prints on a terminal.
 std::string on_a_terminal(const fs::path& folder, const std::string& environment, const std::string& arguments) {
-  const std::string command = "cd '" + folder.string() + "' && TERM=xterm " + environment + " script -qec \"'" RAYREP_TOOL "' " +
-                              arguments + "\" /dev/null >.out 2>.err </dev/null";
+  const std::string command = "cd '" + folder.string() + "' && TERM=xterm " + environment + " script -qec \"'" + test::tool() +
+                              "' " + arguments + "\" /dev/null >.out 2>.err </dev/null";
   EXPECT_EQ(std::system(command.c_str()), 0) << command;
   return text_of(folder / ".out");
 }
@@ -1341,7 +1342,7 @@ TEST_F(Tool, ACoreIsAFileOfItsOwn) {
 }
 
 TEST_F(Tool, AnOutsideThatWasDeformedIsAFileOfItsOwnAndIsTold) {
-  const std::filesystem::path original = std::filesystem::path(RAYREP_SOURCE_DIR) / "examples/couple.stl";
+  const std::filesystem::path original = test::source_folder() / "examples/couple.stl";
   const std::string couple = "stand " + original.string() + " -o c.stl --resolution 60 --no-advice ";
   EXPECT_EQ(run(couple).code, 4);
   const Run little = run(couple + "--deform-limit 0.05");
