@@ -17,6 +17,15 @@ Eigen::Matrix<double, 3, 2> across(const Eigen::Vector3d& up) {
   return basis;
 }
 
+std::vector<Eigen::Vector3d> cube_directions() {
+  std::vector<Eigen::Vector3d> directions;
+  for (int x = -1; x <= 1; ++x)
+    for (int y = -1; y <= 1; ++y)
+      for (int z = -1; z <= 1; ++z)
+        if (x != 0 || y != 0 || z != 0) directions.emplace_back(x, y, z);
+  return directions;
+}
+
 Eigen::Vector3d tilt_by(const Eigen::Vector3d& up, const Eigen::Vector2d& tilt) {
   const double angle = tilt.norm();
   if (angle == 0) return up;

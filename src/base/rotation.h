@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <vector>
 
 namespace rayrep {
 
@@ -13,6 +14,9 @@ double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b);
 
 /// Two unit vectors across `up`.
 Eigen::Matrix<double, 3, 2> across(const Eigen::Vector3d& up);
+
+/// To the middles of the 6 faces, 12 edges and 8 corners of a cube: entries of -1, 0 and 1, not of unit length.
+std::vector<Eigen::Vector3d> cube_directions();
 
 /// `up` tilted by |tilt| rad towards across(up) * tilt.
 Eigen::Vector3d tilt_by(const Eigen::Vector3d& up, const Eigen::Vector2d& tilt);

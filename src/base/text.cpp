@@ -52,6 +52,14 @@ std::string shown(const Eigen::Vector3d& point) {
   return concat("(", p.x(), ", ", p.y(), ", ", p.z(), ")");
 }
 
+std::string shown_to_thousandths(const Eigen::Vector3d& point) {
+  return shown(Eigen::Vector3d(point.unaryExpr([](double x) { return std::round(1e3 * x) / 1e3; })));
+}
+
+std::string percent(double share, int digits) { return number(100 * share, digits) + " %"; }
+
+std::string rough_percent(double share) { return shown(100 * share, 2) + " %"; }
+
 std::string plural(std::size_t count, std::string_view one, std::string_view many) {
   return concat(count, " ", count == 1 ? one : many);
 }

@@ -22,6 +22,14 @@ std::string scientific(double value);
 /// "(x, y, z)", each as `shown`, without a sign on 0.
 std::string shown(const Eigen::Vector3d& point);
 
+/// The same, its entries rounded to thousandths first.
+std::string shown_to_thousandths(const Eigen::Vector3d& point);
+
+/// "12.35 %" of 0.12345, with `digits` after the point.
+std::string percent(double share, int digits);
+/// "12 %" of it: to two significant digits.
+std::string rough_percent(double share);
+
 /// "3 <many>", or "1 <one>".
 std::string plural(std::size_t count, std::string_view one, std::string_view many);
 

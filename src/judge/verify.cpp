@@ -258,8 +258,6 @@ Figures figures_of(const FloatState& state, const FloatSpec& spec) {
   return figures;
 }
 
-std::string percent(double fraction) { return shown(100 * fraction, 2) + " %"; }
-
 std::string degrees(double rad) { return number(rad * 180 / std::numbers::pi, 2) + " degrees"; }
 
 // For JSON.
@@ -341,13 +339,13 @@ void judge_reserve(FloatVerdict& verdict, const Limits& limits) {
   if (heavier.empty()) return;
   const HeavierFloat& often = heavier.front();
   verdict.criteria.push_back(
-      at_most("reserve", "the same with " + percent(often.excess) + " more plastic everywhere, rad",
+      at_most("reserve", "the same with " + rough_percent(often.excess) + " more plastic everywhere, rad",
               often.settles == FloatingRest::Outcome::rests ? often.settled_tilt_rad : std::numeric_limits<double>::quiet_NaN(),
               limits.settled_tilt_rad));
   std::string text;
   for (const HeavierFloat& h : heavier) {
-    text += (text.empty() ? "With " + percent(h.excess) + " more plastic, the same everywhere (its centre of mass stays), "
-                          : "; with " + percent(h.excess) + " more ") +
+    text += (text.empty() ? "With " + rough_percent(h.excess) + " more plastic, the same everywhere (its centre of mass stays), "
+                          : "; with " + rough_percent(h.excess) + " more ") +
             heavier_words(h, verdict, limits);
     if (h.settles == FloatingRest::Outcome::sinks) break;
   }
@@ -356,9 +354,10 @@ void judge_reserve(FloatVerdict& verdict, const Limits& limits) {
       std::find_if(heavier.begin(), heavier.end(), [&](const HeavierFloat& h) { return !h.rests_within(limits.settled_tilt_rad); });
   if (bad == heavier.end()) return;
   verdict.notes.push_back(
-      "Prints come out 1 to 2 % too heavy: with " + percent(bad->excess) + " more plastic " + heavier_words(*bad, verdict, limits) +
+      "Prints come out 1 to 2 % too heavy: with " + rough_percent(bad->excess) + " more plastic " +
+      heavier_words(*bad, verdict, limits) +
       (bad->settles == FloatingRest::Outcome::sinks
-           ? ", as it displaces at most " + percent(verdict.state.buoyancy_reserve) + " more than it weighs."
+           ? ", as it displaces at most " + rough_percent(verdict.state.buoyancy_reserve) + " more than it weighs."
            : ".") +
       (bad == heavier.begin() ? " Leave more of it above the water: hollow it to a lower waterline (--waterline)."
                               : " Weigh the print: " + number(verdict.state.body.mass_g, 1) + " g are wanted."));

@@ -15,6 +15,7 @@
 
 #include "base/text.h"
 #include "base/union_find.h"
+#include "judge/figures.h"
 #include "judge/outer_surface.h"
 #include "mesh/crossing.h"
 #include "mesh/mesh_edges.h"
@@ -409,10 +410,10 @@ void add_surface_criteria(const Surface& surface, const SurfaceTerms& terms, con
   judge_trapped(surface, terms.print, progress, verdict);
 }
 
+void tell_body_alone(const Surface& surface, const Print& print, const std::string& unsaid, Verdict& verdict) {
+  verdict.body = mass_properties(surface.material, print.density_g_cm3);
+  verdict.figures = body_figures(verdict.body, "mass");
+  verdict.meaning.push_back("Its surface is not closed: " + unsaid + " nothing can be said.");
+}
+
 }  // namespace rayrep::verify_detail
-
-namespace rayrep {
-
-double print_scatter_mm(double diagonal_mm) { return std::max(0.1, 5e-4 * diagonal_mm); }
-
-}  // namespace rayrep

@@ -93,6 +93,38 @@ struct PrintInHull {
 /// @param merged  closed, vertices merged
 PrintInHull in_hull(const Mesh& merged, const Moments& printed, const Progress& progress);
 
+/// What is judged, and how.
+struct Judged {
+  const Mesh& delivered;
+  const Mesh* original;  ///< may be null
+  const Limits& limits;
+  const Progress& progress;
+};
+
+/// Of a surface that is not closed: its mass properties as they are, and in words what cannot be said.
+void tell_body_alone(const Surface& surface, const Print& print, const std::string& unsaid, Verdict& verdict);
+
+/// The verdict of a goal that asks for nothing but hull and moments.
+/// @param conclude  (verdict, PrintInHull, limits, progress): adds figures and criteria of a closed surface
+/// @param describe  (verdict): fills in what was wanted; conclude does so itself
+/// @param unsaid    of a surface that is not closed: see tell_body_alone
+template <typename Verdict_, typename Spec_, typename Conclude, typename Describe>
+Verdict_ judge_in_hull(const Judged& what, const Spec_& spec, const Conclude& conclude, const Describe& describe,
+                       const std::string& unsaid) {
+  check(spec, Setting::For::judging);
+  Verdict_ verdict;
+  verdict.spec = spec;
+  const Surface surface = judge_surface(what.delivered, what.original, what.progress, verdict);
+  add_surface_criteria(surface, {what.original != nullptr, spec.print, what.limits.wall_ratio}, what.progress, verdict);
+  if (Surface::closed(verdict)) {
+    conclude(verdict, in_hull(surface.outer, mesh_moments(surface.material), what.progress), what.limits, what.progress);
+  } else {
+    tell_body_alone(surface, spec.print, unsaid, verdict);
+    describe(verdict);
+  }
+  return verdict;
+}
+
 FloatVerdict judge_print(const PrintInHull& print, const FloatSpec& spec, const Limits& limits, const Progress& progress);
 SpinVerdict judge_print(const PrintInHull& print, const SpinSpec& spec, const Limits& limits, const Progress& progress);
 StandVerdict judge_print(const PrintInHull& print, const StandSpec& spec, const Limits& limits, const Progress& progress);

@@ -20,11 +20,8 @@ using namespace verify_detail;
 constexpr double kRounding = 1e-3;  ///< of the fairness
 constexpr double kEqual = 1.05;     ///< a ratio of shares that people call fair
 
-std::string percent(double share) { return number(100 * share, 2) + " %"; }
-
-std::string up_words(const Eigen::Vector3d& up) {
-  return shown(Eigen::Vector3d(up.normalized().unaryExpr([](double x) { return std::round(1e3 * x) / 1e3 + 0.0; })));
-}
+std::string percent(double share) { return rayrep::percent(share, 2); }
+std::string up_words(const Eigen::Vector3d& up) { return shown_to_thousandths(up.normalized()); }
 
 DiceState state_of(const Tumbler& tumbler, const MassProperties& body, const DiceSpec& spec) {
   DiceState state;
@@ -222,21 +219,7 @@ void conclude(DiceVerdict& verdict, const PrintInHull& print, const Limits& limi
 
 DiceVerdict verify(const Mesh& delivered, const Mesh* original, const DiceSpec& spec, const Limits& limits,
                    const Progress& progress) {
-  check(spec, Setting::For::judging);
-  DiceVerdict verdict;
-  verdict.spec = spec;
-  const Surface surface = judge_surface(delivered, original, progress, verdict);
-  add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
-  const Moments s = mesh_moments(surface.material);
-  if (Surface::closed(verdict)) {
-    conclude(verdict, in_hull(surface.outer, s, progress), limits, progress);
-  } else {
-    verdict.body = mass_properties(s, spec.print.density_g_cm3);
-    verdict.figures = body_figures(verdict.body, "mass");
-    verdict.meaning.push_back("Its surface is not closed: of its throws nothing can be said.");
-    describe(verdict);
-  }
-  return verdict;
+  return judge_in_hull<DiceVerdict>({delivered, original, limits, progress}, spec, conclude, describe, "of its throws");
 }
 
 DiceVerdict verify_detail::judge_print(const PrintInHull& print, const DiceSpec& spec, const Limits& limits,

@@ -249,21 +249,7 @@ HangState hang_state_of(const MassProperties& body, const Eigen::Vector3d& point
 
 PoseVerdict verify(const Mesh& delivered, const Mesh* original, const PoseSpec& spec, const Limits& limits,
                    const Progress& progress) {
-  check(spec, Setting::For::judging);
-  PoseVerdict verdict;
-  verdict.spec = spec;
-  const Surface surface = judge_surface(delivered, original, progress, verdict);
-  add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
-  const Moments s = mesh_moments(surface.material);
-  if (Surface::closed(verdict)) {
-    conclude(verdict, in_hull(surface.outer, s, progress), limits, progress);
-  } else {
-    verdict.body = mass_properties(s, spec.print.density_g_cm3);
-    verdict.figures = body_figures(verdict.body, "mass");
-    verdict.meaning.push_back("Its surface is not closed: of its poses nothing can be said.");
-    describe(verdict);
-  }
-  return verdict;
+  return judge_in_hull<PoseVerdict>({delivered, original, limits, progress}, spec, conclude, describe, "of its poses");
 }
 
 PoseVerdict verify_detail::judge_print(const PrintInHull& print, const PoseSpec& spec, const Limits& limits,

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/nonnegative.h"
+#include "base/rotation.h"
 
 namespace rayrep::detail {
 namespace {
@@ -11,15 +12,6 @@ namespace {
 constexpr double kEdge = 0.02;  ///< of the way from the middle: so near to the edge nothing is left to correct a mesh with
 
 }  // namespace
-
-std::vector<Eigen::Vector3d> directions26() {
-  std::vector<Eigen::Vector3d> directions;
-  for (int x = -1; x <= 1; ++x)
-    for (int y = -1; y <= 1; ++y)
-      for (int z = -1; z <= 1; ++z)
-        if (x != 0 || y != 0 || z != 0) directions.push_back(Eigen::Vector3d(x, y, z).normalized());
-  return directions;
-}
 
 Eigen::Vector3d middling_centre(const RayIntegrals& rays, const Moments& constant) {
   // Half of a scarce core may be more than there is.
@@ -34,7 +26,7 @@ CentreReach::CentreReach(const RayIntegrals& rays, const Moments& constant)
   const Eigen::Vector3d centre = full.segment<3>(MX) / full[M1];
   length_mm_ = std::sqrt(std::max(full.segment<3>(MXX).sum() / full[M1] - centre.squaredNorm(), 1e-12));
   found_ = {middle_};
-  for (const Eigen::Vector3d& direction : directions26()) look(direction);
+  for (const Eigen::Vector3d& direction : cube_directions()) look(direction.normalized());
 }
 
 double CentreReach::size_mm() const {

@@ -40,7 +40,4 @@ private:
   std::vector<Eigen::Vector3d> found_;
 };
 
-/// Unit vectors to the middles of faces, edges and corners of a cube.
-std::vector<Eigen::Vector3d> directions26();
-
 }  // namespace rayrep::detail

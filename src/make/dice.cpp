@@ -29,12 +29,8 @@ constexpr double kLarge = 1e9;            ///< a ratio as bad as none
 /// Of a share that is asked for. A judge allows more.
 constexpr double kShareMet = 2e-3;
 
-std::string percent(double share) { return number(100 * share, 2) + " %"; }
-
-std::string up_words(const Vector3d& up) {
-  const Vector3d rounded = up.unaryExpr([](double x) { return std::round(1e3 * x) / 1e3 + 0.0; });
-  return shown(rounded) + " up";
-}
+std::string percent(double share) { return rayrep::percent(share, 2); }
+std::string up_words(const Vector3d& up) { return shown_to_thousandths(up) + " up"; }
 
 /// The corners of the hull, so few that there are no more faces than these: of a round body those that matter most.
 Mesh simplified(const Mesh& hull, std::size_t most_faces) {
@@ -55,7 +51,7 @@ public:
       : tumbler_(purpose == For::searching ? simplified(body.hull, kMostFaces) : body.hull,
                  spec.shake_deg * std::numbers::pi / 180),
         spec_(spec),
-        scatter_mm_(std::max(0.1, 5e-4 * body.diagonal_mm)),
+        scatter_mm_(print_scatter_mm(body.diagonal_mm)),
         to_working_(body.to_working.linear()) {}
 
   const Tumbler& tumbler() const { return tumbler_; }
@@ -67,14 +63,14 @@ public:
     Eigen::VectorXd off;
     double ratio() const { return shares.back() > 0 ? shares.front() / shares.back() : std::numeric_limits<double>::infinity(); }
   };
-  Counted counted(const Vector3d& centre) const {
+  /// @param faces  that count; 0: all on which it comes to rest
+  Counted counted(const Vector3d& centre, int faces) const {
     const std::vector<double> shares = tumbler_.shares(centre);
     std::vector<std::size_t> order(shares.size());
     for (std::size_t f = 0; f < order.size(); ++f) order[f] = f;
     std::stable_sort(order.begin(), order.end(), [&shares](std::size_t a, std::size_t b) { return shares[a] > shares[b]; });
     const auto rests = static_cast<std::size_t>(std::count_if(shares.begin(), shares.end(), [](double s) { return s > 0; }));
-    const std::size_t count =
-        std::min(order.size(), spec_.faces > 0 ? static_cast<std::size_t>(spec_.faces) : std::max<std::size_t>(2, rests));
+    const std::size_t count = std::min(order.size(), faces > 0 ? static_cast<std::size_t>(faces) : std::max<std::size_t>(2, rests));
     Counted result;
     result.off.resize(static_cast<Eigen::Index>(count));
     for (std::size_t k = 0; k < count; ++k) {
@@ -85,10 +81,11 @@ public:
     return result;
   }
   /// theory.md (72). With the number of faces left open more of them are better: the sum of squares of all shares.
-  double unfairness(const Vector3d& centre) const {
-    const Counted c = counted(centre);
-    return c.off.squaredNorm() + (spec_.faces > 0 ? 0 : 1 / static_cast<double>(c.faces.size()));
+  double unfairness(const Vector3d& centre, int faces) const {
+    const Counted c = counted(centre, faces);
+    return c.off.squaredNorm() + (faces > 0 ? 0 : 1 / static_cast<double>(c.faces.size()));
   }
+  Counted counted(const Vector3d& centre) const { return counted(centre, spec_.faces); }
 
   /// Whether it comes to rest on all the faces that it shall have, and on each of them nearly as often.
   bool is_fair(const Vector3d& centre) const {
@@ -96,6 +93,7 @@ public:
   }
   std::size_t rests(const Vector3d& centre) const { return tumbler_.rests(centre).size(); }
   double fairness() const { return spec_.fairness; }
+  int faces() const { return spec_.faces; }
   std::size_t wanted_faces() const { return static_cast<std::size_t>(std::max(2, spec_.faces)); }
 
   double load(const Vector3d& centre) const {
@@ -157,22 +155,22 @@ public:
   CentreReach& reach() { return reach_; }
   const Vector3d& solid() const { return solid_; }
 
-  /// Where the shares are nearest to equal: by least squares, and where these do not make them nearly equal by the largest over the
-  /// smallest of as many faces. theory.md (72)
+  /// Where it falls fairly on as many faces as it can, or else where its shares are nearest to equal. theory.md (72)
   Vector3d fairest() {
-    const Choice squares = least_squares();
-    const Throws::Counted at = throws_.counted(squares.centre);
-    // What prints scatter is more.
-    if (at.ratio() - 1 <= 0.25 * (throws_.fairness() - 1)) return squares.centre;
-    const auto value = [this, count = at.faces.size()](const Vector3d& c, double) {
-      const Throws::Counted there = throws_.counted(c);
-      return there.faces.size() < count ? -kLarge : -std::min(kLarge, there.ratio());
-    };
-    std::vector<Choice> starts{best_of(value).front()};
-    starts.push_back({squares.centre, value(squares.centre, -kLarge)});
-    return climbed(starts, 1e-3, value).centre;
+    Vector3d best = fairest_of(throws_.faces());
+    if (throws_.faces() > 0 || throws_.is_fair(best)) return best;
+    // More faces are not better where fewer are fair.
+    Throws::Counted at = throws_.counted(best);
+    for (int faces = static_cast<int>(at.faces.size()) - 1; faces >= 2; --faces) {
+      const Vector3d centre = fairest_of(faces);
+      if (throws_.is_fair(centre)) return centre;
+      Throws::Counted there = throws_.counted(centre);
+      if (there.ratio() >= at.ratio()) continue;
+      at = std::move(there);
+      best = centre;
+    }
+    return best;
   }
-
   /// Where one face has its largest share, or its smallest one: steps in 26 directions, halved. Shares jump where faces cease to
   /// hold.
   Choice extreme(bool largest) {
@@ -188,14 +186,30 @@ private:
   /// @param floor  what is no more than that need not be known exactly
   using Value = std::function<double(const Vector3d&, double floor)>;
 
+  /// By least squares, and where these do not make the shares nearly equal by the largest over the smallest of as many faces.
+  /// @param faces  as Throws::counted
+  Vector3d fairest_of(int faces) {
+    const Choice squares = least_squares(faces);
+    const Throws::Counted at = throws_.counted(squares.centre, faces);
+    // What prints scatter is more.
+    if (at.ratio() - 1 <= 0.25 * (throws_.fairness() - 1)) return squares.centre;
+    const auto value = [this, faces, count = at.faces.size()](const Vector3d& c, double) {
+      const Throws::Counted there = throws_.counted(c, faces);
+      return there.faces.size() < count ? -kLarge : -std::min(kLarge, there.ratio());
+    };
+    std::vector<Choice> starts{best_of(value).front()};
+    starts.push_back({squares.centre, value(squares.centre, -kLarge)});
+    return climbed(starts, 1e-3, value).centre;
+  }
+
   /// Gauss and Newton from the best of many places.
-  Choice least_squares() {
-    const auto value = [this](const Vector3d& c, double) { return -throws_.unfairness(c); };
+  Choice least_squares(int faces) {
+    const auto value = [this, faces](const Vector3d& c, double) { return -throws_.unfairness(c, faces); };
     Choice best;
     for (Choice start : best_of(value)) {
       for (int n = 0; n < 60; ++n) {
         progress_.check();
-        const Choice next = newton_step(start, value);
+        const Choice next = newton_step(start, faces, value);
         if (!(next.value > start.value + 1e-15)) break;
         start = next;
       }
@@ -239,8 +253,8 @@ private:
     return all;
   }
 
-  Choice newton_step(const Choice& from, const Value& value) {
-    const Throws::Counted at = throws_.counted(from.centre);
+  Choice newton_step(const Choice& from, int faces, const Value& value) {
+    const Throws::Counted at = throws_.counted(from.centre, faces);
     const Eigen::MatrixXd J = throws_.slopes(from.centre, at, 1e-5 * size_mm_);
     const Vector3d gradient = J.transpose() * at.off;
     if (gradient.norm() > 0) reach_.look(-gradient);
@@ -254,8 +268,8 @@ private:
 
   Choice best_step(const Choice& from, double step_mm, const Value& value) {
     std::vector<Vector3d> wanted, places;
-    for (const Vector3d& direction : directions26()) {
-      wanted.push_back(from.centre + step_mm * direction);
+    for (const Vector3d& direction : cube_directions()) {
+      wanted.push_back(from.centre + step_mm * direction.normalized());
       places.push_back(reach_.nearest(wanted.back()));
     }
     const std::vector<Choice> all = evaluated(places, from.value, value);

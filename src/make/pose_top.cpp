@@ -392,16 +392,10 @@ void prove(const Claim& claim, HollowResult& result) {
                   " is a better top than " + number(c.lower_bound, 6) + ", this one " + number(c.best.objective, 6) + ": within " +
                   scientific(std::max(c.gap, 1e-9)) + " of the global optimum (proven, " + std::to_string(c.nodes) + " heights)"};
   if (!claim.costs.empty()) result.proof.push_back(claim.costs);
-  result.proof_figures = {{.name = "certificate",
-                           .words = "",
-                           .value = Record{{"objective", c.best.objective},
-                                           {"lower_bound", c.lower_bound},
-                                           {"gap", c.gap},
-                                           {"closed", c.closed},
-                                           {"nodes", static_cast<double>(c.nodes)},
-                                           {"evaluations", static_cast<double>(c.evaluations)},
-                                           {"lowest_mm", claim.within.lo},
-                                           {"highest_mm", claim.within.hi}}}};
+  Record certificate = record_of(c);
+  certificate.emplace_back("lowest_mm", claim.within.lo);
+  certificate.emplace_back("highest_mm", claim.within.hi);
+  result.proof_figures = {{.name = "certificate", .words = "", .value = certificate}};
 }
 
 /// Goal, error and solver of a plan whose best top is known.

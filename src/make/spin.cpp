@@ -60,17 +60,19 @@ void prove(const Plan& plan, const Moments&, HollowResult& result) {
   result.proof = {"no interior on these rays does better than " + number(c.lower_bound, 6) + ", this one " +
                   number(c.best.objective, 6) + ": within " + scientific(std::max(c.gap, 1e-9)) +
                   " of the global optimum (proven, " + std::to_string(c.nodes) + " heights)"};
-  result.proof_figures = {{.name = "certificate",
-                           .words = "",
-                           .value = Record{{"objective", c.best.objective},
-                                           {"lower_bound", c.lower_bound},
-                                           {"gap", c.gap},
-                                           {"closed", c.closed},
-                                           {"nodes", static_cast<double>(c.nodes)},
-                                           {"evaluations", static_cast<double>(c.evaluations)}}}};
+  result.proof_figures = {{.name = "certificate", .words = "", .value = record_of(c)}};
 }
 
 }  // namespace
+
+Record record_of(const SpinCertificate& certificate) {
+  return {{"objective", certificate.best.objective},
+          {"lower_bound", certificate.lower_bound},
+          {"gap", certificate.gap},
+          {"closed", certificate.closed},
+          {"nodes", static_cast<double>(certificate.nodes)},
+          {"evaluations", static_cast<double>(certificate.evaluations)}};
+}
 
 Error unbalanced(const Body& body, const SpinSpec& spec, const Goal& goal) {
   const NearestSolution nearest = nearest_attainable(goal, *body.integrals, body.shell, 1e-6);

@@ -51,6 +51,9 @@ private:
   Eigen::Vector3d centre_;  ///< of mass of the solid
 };
 
+/// A certificate as a report lists it.
+Record record_of(const SpinCertificate& certificate);
+
 /// Why the body cannot be balanced about this axis, and how near it comes. @param goal  of its spin, in the body's frame
 Error unbalanced(const Body& body, const SpinSpec& spec, const Goal& goal);
 

@@ -27,21 +27,12 @@ constexpr double kThinnest = 1e-5;  ///< what is thinner on the mean than this a
 
 constexpr double kFlatHole = 1e-3;  ///< of its size
 
-double area_of(const Mesh& mesh, std::size_t first = 0) {
-  double twice = 0;
-  for (std::size_t t = first; t < mesh.triangles.size(); ++t)
-    twice += (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm();
-  return 0.5 * twice;
-}
-
 double volume_from(const Vector3d& origin, const Mesh& mesh) {
   double six = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     six += (mesh.corner(t, 0) - origin).dot((mesh.corner(t, 1) - origin).cross(mesh.corner(t, 2) - origin));
   return six / 6;
 }
-
-std::string percent(double part) { return concat(shown(100 * part, 2), " %"); }
 
 class Aid {
 public:
@@ -126,14 +117,14 @@ public:
     result_.report.repaired = guessed;
     result_.report.holes_closed = holes.size();
     result_.report.triangles_added = mesh_.triangles.size() - before;
-    const double area = area_of(mesh_, before);
+    const double area = surface_area(mesh_, before);
     area_changed_ += area;
     const Hole& longest = longest_of(holes);
     const char* kinds = guessed ? "" : bent.empty() ? "flat " : flat.empty() ? "small " : "flat or small ";
     const std::size_t count = result_.report.triangles_added;
     closed_words_ =
         concat(plural(holes.size(), concat(kinds, "hole was").c_str(), concat(kinds, "holes were").c_str()), " closed by ",
-               plural(count, "triangle", "triangles"), ", ", percent(area / area_of(mesh_)), " of the surface; ",
+               plural(count, "triangle", "triangles"), ", ", rough_percent(area / surface_area(mesh_)), " of the surface; ",
                holes.size() == 1 ? "it is " : "the longest is ", longest.length, " around, near ", shown(longest.middle), ".");
     const double volume = volume_from(box.center(), mesh_);
     result_.report.volume_change = volume != 0 ? (volume - volume_before) / volume : 0;
@@ -148,7 +139,7 @@ public:
     result_.closed = rims_.closed() && result_.left.empty();
     if (!result_.closed) return {given, false, {}, {}, result_.left};
     FirstAidReport& report = result_.report;
-    const double area = area_of(mesh_);
+    const double area = surface_area(mesh_);
     report.surface_change = area > 0 ? area_changed_ / area : 0;
     say_what_was_done();
     result_.mesh = std::move(mesh_);
@@ -250,7 +241,8 @@ private:
                  " at corners of others that lie on ", report.sides_split == 1 ? "it" : "them", " (T-junctions)."));
     add(dropped_words_);
     if (report.repaired && !closed_words_.empty())
-      result_.notes.push_back(concat("Repair: ", closed_words_, " The volume has changed by ", percent(report.volume_change), "."));
+      result_.notes.push_back(
+          concat("Repair: ", closed_words_, " The volume has changed by ", rough_percent(report.volume_change), "."));
     else
       add(closed_words_);
   }

@@ -21,6 +21,13 @@ Eigen::AlignedBox3d bounding_box(const Mesh& mesh) {
   return box;
 }
 
+double surface_area(const Mesh& mesh, std::size_t first) {
+  double twice = 0;
+  for (std::size_t t = first; t < mesh.triangles.size(); ++t)
+    twice += (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm();
+  return 0.5 * twice;
+}
+
 Mesh transformed(const Mesh& mesh, const Eigen::Affine3d& T) {
   assert(T.linear().determinant() > 0);
   Mesh result = mesh;

@@ -175,11 +175,7 @@ GroundRest ground_rest(const Mesh& mesh, const Eigen::Vector3d& centre_of_mass_m
 }
 
 Righted righted(const Mesh& mesh, const Eigen::Vector3d& centre_of_mass_mm, const Eigen::Vector3d& up, const Progress& progress) {
-  std::vector<Eigen::Vector3d> starts;
-  for (int x = -1; x <= 1; ++x)
-    for (int y = -1; y <= 1; ++y)
-      for (int z = -1; z <= 1; ++z)
-        if (x != 0 || y != 0 || z != 0) starts.emplace_back(x, y, z);
+  const std::vector<Eigen::Vector3d> starts = cube_directions();
   std::vector<GroundRest> rests(starts.size());
   progress.check();
   tbb::parallel_for(std::size_t{0}, starts.size(),

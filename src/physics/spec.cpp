@@ -637,6 +637,8 @@ Settings settings(Balls& balls, For purpose) {
       purpose);
 }
 
+double print_scatter_mm(double diagonal_mm) { return std::max(0.1, 5e-4 * diagonal_mm); }
+
 Phases phases_of(const Print& print) {
   Phases phases{print.infill.share()};
   if (!print.core.wanted()) return phases;
@@ -1018,9 +1020,7 @@ namespace {
 
 /// To a thousandth of a mm: "(12.5, 3, 0)", or "(12.5, 3)" where the axis is told by that.
 std::string place_words(const SpinAxis& axis) {
-  Eigen::Vector3d p = axis.point_mm;
-  for (double& x : p) x = 1e-3 * std::round(1e3 * x);
-  const std::string text = shown(p);
+  const std::string text = shown_to_thousandths(axis.point_mm);
   return axis.leaves_below ? text.substr(0, text.rfind(',')) + ")" : text;
 }
 

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "mesh/mesh_edges.h"
+
 namespace rayrep::report_detail {
 namespace {
 
@@ -26,10 +28,8 @@ public:
       for (int k = 0; k < 3; ++k) of_.emplace_back(key(mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3]), static_cast<int>(t));
     std::sort(of_.begin(), of_.end());
   }
-  auto begin() const { return of_.begin(); }
   auto end() const { return of_.end(); }
   auto first(Key edge) const { return std::lower_bound(of_.begin(), of_.end(), std::pair(edge, 0)); }
-  std::ptrdiff_t count(Key edge) const { return std::lower_bound(of_.begin(), of_.end(), std::pair(edge + 1, 0)) - first(edge); }
 
 private:
   std::vector<std::pair<Key, int>> of_;
@@ -183,19 +183,15 @@ std::string base64(const std::string& bytes) {
 }
 
 bool is_closed(const Mesh& mesh) {
-  const Edges edges(mesh);
-  return std::all_of(edges.begin(), edges.end(), [&edges](const auto& edge) {
-    return edges.count(edge.first) == edges.count((edge.first << 32) | (edge.first >> 32));
-  });
+  bool closed = true;
+  for_each_edge(mesh, [&closed](auto begin, auto end) { closed = closed && edge_balance(begin, end) == 0; });
+  return closed;
 }
 
 Mesh coarsened(const Mesh& mesh, std::size_t most_triangles) {
   if (mesh.triangles.size() <= most_triangles) return mesh;
-  double area_mm2 = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    area_mm2 += 0.5 * (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm();
   // A flat surface has two triangles a cell.
-  double cell_mm = std::sqrt(2 * area_mm2 / static_cast<double>(most_triangles + 1));
+  double cell_mm = std::sqrt(2 * surface_area(mesh) / static_cast<double>(most_triangles + 1));
   if (!(cell_mm > 0)) return {};
   Mesh result = clustered(mesh, cell_mm);
   while (result.triangles.size() > most_triangles) result = clustered(mesh, cell_mm *= 1.2);

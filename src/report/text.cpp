@@ -1,5 +1,3 @@
-#include <fmt/printf.h>
-
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -11,12 +9,6 @@ namespace rayrep {
 namespace {
 
 using namespace report_detail;
-
-/// printf's patterns in no locale.
-template <typename... Arguments>
-std::string format(const char* pattern, const Arguments&... arguments) {
-  return fmt::sprintf(pattern, arguments...);
-}
 
 /// Broken before the width of a terminal.
 std::string wrapped(const std::string& text) {
@@ -225,17 +217,8 @@ std::string to_text(const Inspection& inspection) {
   const MassProperties* mass = inspection.mass;
   std::string text = input_text(input);
   const MeshReport& check = input.check;
-  const auto defect = [&text](const char* name, const Defect& d) {
-    if (d) text += format("  %-34s %9zu   first at (%g, %g, %g)\n", name, d.count, d.first_mm.x(), d.first_mm.y(), d.first_mm.z());
-  };
-  defect("coordinates that are not numbers", check.not_finite);
-  defect("degenerate triangles (dropped)", check.degenerate);
-  defect("duplicate triangles", check.duplicate);
-  defect("open edges", check.open_edges);
-  defect("non-manifold edges", check.non_manifold_edges);
-  defect("mis-oriented edges", check.misoriented_edges);
-  defect("edges where the surface is not closed", check.unbalanced_edges);
-  defect("self-intersecting pairs", check.self_intersections);
+  for (const auto& [words, d] : defects_of(check))
+    if (d) text += format("  %-34s %9zu   first at (%g, %g, %g)\n", words, d.count, d.first_mm.x(), d.first_mm.y(), d.first_mm.z());
   if (check.nested_components > 0)
     text += format("  components inside another: %zu, of which cavities: %zu\n", check.nested_components, check.cavities);
   if (!mass) return text;

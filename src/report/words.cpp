@@ -1,19 +1,11 @@
 #include "report/words.h"
 
-#include <fmt/printf.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 namespace rayrep::report_detail {
 namespace {
-
-/// printf's patterns in no locale.
-template <typename... Arguments>
-std::string format(const char* pattern, const Arguments&... arguments) {
-  return fmt::sprintf(pattern, arguments...);
-}
 
 double degrees(double rad) { return rad * 180 / std::numbers::pi; }
 
@@ -100,6 +92,17 @@ std::string place(const Eigen::Vector3d& p, double least) {
 
 }  // namespace
 
+std::vector<std::pair<const char*, const Defect&>> defects_of(const MeshReport& check) {
+  return {{"coordinates that are not numbers", check.not_finite},
+          {"degenerate triangles (dropped)", check.degenerate},
+          {"duplicate triangles", check.duplicate},
+          {"open edges", check.open_edges},
+          {"non-manifold edges", check.non_manifold_edges},
+          {"mis-oriented edges", check.misoriented_edges},
+          {"edges where the surface is not closed", check.unbalanced_edges},
+          {"self-intersecting pairs", check.self_intersections}};
+}
+
 Rows rows_of(const Figures* before, const Figures& after) {
   RowsOfFigures rows;
   for (std::size_t n = 0; n < after.size(); ++n)  // what a verdict alone finds comes last
@@ -123,17 +126,8 @@ Rows rows_of(const Inspection& inspection) {
     add("centre of mass, mm", place(mass->centre_of_mass_mm, 1e-7 * inspection.input.size_mm.maxCoeff()));
     add("principal moments, g mm2", place(mass->principal_moments_g_mm2, 0));
   }
-  const auto defect = [&](const char* words, const Defect& d) {
+  for (const auto& [words, d] : defects_of(check))
     if (d) rows.lines.push_back({words, "", format("%zu, the first at (%s)", d.count, place(d.first_mm, 0))});
-  };
-  defect("coordinates that are not numbers", check.not_finite);
-  defect("degenerate triangles (dropped)", check.degenerate);
-  defect("duplicate triangles", check.duplicate);
-  defect("open edges", check.open_edges);
-  defect("non-manifold edges", check.non_manifold_edges);
-  defect("mis-oriented edges", check.misoriented_edges);
-  defect("edges where the surface is not closed", check.unbalanced_edges);
-  defect("self-intersecting pairs", check.self_intersections);
   return rows;
 }
 

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <fmt/printf.h>
+
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "rayrep/report/report.h"
@@ -8,6 +11,15 @@
 // What reports for people say, whatever they are written in.
 
 namespace rayrep::report_detail {
+
+/// printf's patterns in no locale.
+template <typename... Arguments>
+std::string format(const char* pattern, const Arguments&... arguments) {
+  return fmt::sprintf(pattern, arguments...);
+}
+
+/// All defects of a surface, by what people call them.
+std::vector<std::pair<const char*, const Defect&>> defects_of(const MeshReport& check);
 
 /// One figure of a body, and of the solid it was made from.
 struct Row {

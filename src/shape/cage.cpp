@@ -129,9 +129,7 @@ Cage::Cage(const Mesh& mesh, Freedom freedom, const Options& options)
     : freedom_(std::move(freedom)), stiffness_mm_(options.stiffness_mm), area_(vertex_areas(mesh)) {
   const Links links(mesh, 0.25 * options.cell_mm, 2 * options.cell_mm);
   find_handles(mesh, Lattice(mesh, options.cell_mm), links);
-  double surface_mm2 = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    surface_mm2 += 0.5 * (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm();
+  const double surface_mm2 = surface_area(mesh);
   gaps_ = links.gaps();
   for (Gap& gap : gaps_) gap.weight *= std::pow(stiffness_mm_ / gap.length_mm, 2) / surface_mm2;
   weigh(std::vector<double>(mesh.vertices.size(), 1));

@@ -108,6 +108,14 @@ class Batches:
         octahedron(self.folder / "eight.obj", 31, 30, 25)
         again = self.run("batch", "b.jsonl", "-o", "b", "--timeout", "3")
         self.law("4 of them run now" in again.stdout, "but with another mesh it is: " + again.stdout.splitlines()[0])
+        again = self.run("batch", "b.jsonl", "-o", "b", "--timeout", "3", "--format", "ply")
+        self.law("4 of them run now" in again.stdout and (self.folder / "b/good.ply").exists(), "and in another format")
+        octahedron(self.folder / "outside.obj", 31, 30, 25)
+        (self.folder / "v.jsonl").write_text(json.dumps({"command": "verify", "mesh": "eight.obj", "options": {"original": "outside.obj", "density": 0.5}}))
+        self.run("batch", "v.jsonl", "-o", "v")
+        octahedron(self.folder / "outside.obj", 31, 30, 26)
+        again = self.run("batch", "v.jsonl", "-o", "v")
+        self.law("1 of them run now" in again.stdout, "nor with another file that an option names: " + again.stdout.splitlines()[0])
         for text, words in (('{"command": "float"}', "mesh"), ('{"command": "float", "mesh": "a", "optoins": {}}', "options"), ("{", "line 1"),
                             ('{"command": "float", "mesh": "eight.obj", "options": {"wal": 1}}', "--wall"),
                             ('{"id": "../x", "command": "float", "mesh": "a"}', "id"),

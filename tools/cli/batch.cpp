@@ -133,11 +133,17 @@ struct Planned {
   Job job;
   Options options;    ///< as its command line says
   std::string input;  ///< SHA-256 of its mesh
-  std::string key;    ///< of job, input and version: what is run once need not be again
+  std::string key;    ///< of job, files that it reads, version and ending: what is run once need not be again
 };
 
 /// Hashes of files that have been read.
 using Hashes = std::map<std::string, std::string>;
+
+std::string hash_of(const std::string& path, Hashes& hashes) {
+  const auto [known, is_new] = hashes.try_emplace(path);
+  if (is_new) known->second = sha256_of_file(path);
+  return known->second;
+}
 
 /// @throws Error{usage} with the job
 Planned plan_job(const Job& job, Hashes& hashes) {
@@ -149,9 +155,7 @@ Planned plan_job(const Job& job, Hashes& hashes) {
   std::vector<std::string> words = job.words();
   std::vector<const char*> arguments{"rayrep"};
   for (const std::string& word : words) arguments.push_back(word.c_str());
-  const auto [known, is_new] = hashes.try_emplace(job.mesh);
-  if (is_new) known->second = sha256_of_file(job.mesh);
-  Planned planned{job, {}, known->second, {}};
+  Planned planned{job, {}, hash_of(job.mesh, hashes), {}};
   try {
     planned.options = parse_command_line(static_cast<int>(arguments.size()), arguments.data());
   } catch (const Error& error) {
@@ -160,7 +164,11 @@ Planned plan_job(const Job& job, Hashes& hashes) {
   const Command command = planned.options.command;
   if (command == Command::batch || command == Command::sweep || command == Command::text)
     refuse("'" + job.command + "' is no command for a job.");
-  planned.key = sha256_of(version() + '\n' + planned.input + '\n' + to_line(job));
+  planned.key = version() + '\n' + planned.input + '\n' + to_line(job);
+  // Files that options name: FILE, or FILE=G_CM3.
+  for (const auto& [name, value] : job.options)
+    for (const std::string& file : {value, value.substr(0, value.rfind('='))}) planned.key += '\n' + hash_of(file, hashes);
+  planned.key = sha256_of(planned.key);
   return planned;
 }
 
@@ -431,7 +439,7 @@ void run_all(const std::vector<const Planned*>& todo, const Options& options, co
   std::size_t next = 0;
   while (next < todo.size() || !running.empty()) {
     progress.check();
-    while (next < todo.size() && running.size() < options.batch.at_once)
+    while (next < todo.size() && running.size() < static_cast<std::size_t>(options.batch.at_once))
       running.emplace_back(*todo[next++], options.batch, program);
     std::vector<ChildProcess*> children;
     for (const Running& one : running) children.push_back(one.child());
@@ -453,16 +461,19 @@ void run_all(const std::vector<const Planned*>& todo, const Options& options, co
 }  // namespace
 
 void run_batch(const Options& options, const Progress& progress) {
-  BatchOptions batch = options.batch;
+  Options resolved = options;
+  BatchOptions& batch = resolved.batch;
+  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  if (batch.at_once == 0) batch.at_once = cores;
+  batch.threads_each = std::max(1, cores / batch.at_once);
   std::vector<Planned> jobs;
   Hashes hashes;
-  for (const Job& job : read_jobs(options.input)) jobs.push_back(plan_job(job, hashes));
+  for (const Job& job : read_jobs(options.input)) {
+    jobs.push_back(plan_job(job, hashes));
+    if (jobs.back().options.command == Command::hollow) jobs.back().key = sha256_of(jobs.back().key + batch.ending);
+  }
   make_folder(batch.folder / "lines");
   remove_abandoned_work(batch.folder);
-  Options resolved = options;
-  const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
-  if (batch.at_once == 0) resolved.batch.at_once = cores;
-  resolved.batch.threads_each = std::max<std::size_t>(1, cores / resolved.batch.at_once);
   const std::vector<const Planned*> todo = to_do(jobs, batch);
   run_all(todo, resolved, progress);
   const std::vector<Json> lines = write_results(jobs, batch);

@@ -9,6 +9,7 @@
 
 #include "rayrep/base/error.h"
 #include "rayrep/base/setting.h"
+#include "spec_file.h"
 
 namespace rayrep::tool {
 namespace {
@@ -34,28 +35,16 @@ std::string new_id(const std::string& wanted, std::set<std::string>& known) {
   return id;
 }
 
-/// A value of an option, as a command line has it.
-std::string value_text(const std::string& name, const Json& value) {
-  if (value.is_string()) return value.get<std::string>();
-  if (value.is_number()) return value.dump();
-  if (value.is_boolean() && value.get<bool>()) return "";
-  throw Error(ErrorCode::input, "the option \"" + name + "\" takes a text, a number, true, or a list of these");
-}
-
-/// The other way round: a number where it is one.
-Json value_json(const std::string& text) {
-  if (text.empty()) return true;
-  const Json number = Json::parse(text, nullptr, false);
-  return number.is_number() && number.dump() == text ? number : Json(text);
-}
-
+/// As in a file of settings, see setting_texts.
 void add_option(Job& job, const std::string& name, const Json& value) {
-  if (value.is_boolean() && !value.get<bool>()) return;
-  if (!value.is_array()) {
-    job.options.emplace_back(name, value_text(name, value));
+  if (value.is_boolean()) {
+    if (value.get<bool>()) job.options.emplace_back(name, "");
     return;
   }
-  for (const Json& one : value) job.options.emplace_back(name, value_text(name, one));
+  const auto texts = setting_texts(value, true);
+  if (!texts || value.is_null())
+    throw Error(ErrorCode::input, "the option \"" + name + "\" takes a text, a number, true, or a list of these");
+  for (const std::string& text : *texts) job.options.emplace_back(name, text);
 }
 
 std::string text_member(const Json& line, const char* name) {
@@ -124,7 +113,7 @@ std::vector<std::string> Job::words() const {
 std::string to_line(const Job& job) {
   Json options = Json::object();
   for (const auto& [name, value] : job.options) {
-    const Json one = value_json(value);
+    const Json one = setting_json(value);
     if (!options.contains(name))
       options[name] = one;
     else if (options[name].is_array())

@@ -76,6 +76,18 @@ TextPlace path_place(std::filesystem::path& path) {
   return {[&path](const std::string& text) { path = text; }, [&path] { return path.empty() ? "none" : path.string(); }};
 }
 
+/// 1 to 1024, or what 0 means.
+TextPlace count_place(const char* name, int& count, const char* none) {
+  return {
+      [name, &count](const std::string& text) {
+        Setting row{
+            .name = name, .value = "N", .words = "", .details = "", .place = &count, .range = {.lo = 1, .hi = 1024, .open = false}};
+        parse(row, text);
+        check({row});
+      },
+      [&count, none] { return count ? std::to_string(count) : std::string(none); }};
+}
+
 /// "2GB", "500 MB": powers of ten, as memory_words tells them.
 std::size_t parse_memory(const std::string& text) {
   const std::size_t end = text.find_last_of("0123456789.") + 1;  // 0: there is no digit
@@ -408,17 +420,7 @@ Settings common_rows(Options& options, bool with_report) {
        .value = "N",
        .words = "use at most N threads (default: all cores)",
        .details = "The result does not depend on it.",
-       .place = TextPlace{[&options](const std::string& text) {
-                            Setting row{.name = "threads",
-                                        .value = "N",
-                                        .words = "",
-                                        .details = "",
-                                        .place = &options.threads,
-                                        .range = {.lo = 1, .hi = 1024, .open = false}};
-                            parse(row, text);
-                            check({row});
-                          },
-                          [&options] { return options.threads ? std::to_string(options.threads) : std::string("all"); }},
+       .place = count_place("threads", options.threads, "all"),
        .rare = true},
       {.name = "help,h", .value = "", .words = "this text", .details = "", .place = TextPlace{}}};
   if (!with_report)
@@ -641,12 +643,6 @@ void parse_shard(const std::string& text, BatchOptions& batch) {
   batch.shards = static_cast<std::size_t>(shards);
 }
 
-void parse_at_once(const std::string& text, BatchOptions& batch) {
-  const double count = parse_number("jobs", text);
-  if (!(count >= 1 && count <= 1024) || count != std::floor(count)) usage_error("--jobs takes 1 to 1024; it is '" + text + "'.");
-  batch.at_once = static_cast<std::size_t>(count);
-}
-
 void parse_ending(const std::string& text, BatchOptions& batch) {
   batch.ending = text[0] == '.' ? text : "." + text;
   if (!can_write("x" + batch.ending)) usage_error("--format is stl, obj, ply or 3mf; it is '" + text + "'.");
@@ -661,7 +657,7 @@ std::vector<Group> batch_groups(Options& options) {
        .details =
            "Of job ID: ID.stl or what else it makes, ID.json, its report, and lines/ID.json, its line. results.jsonl has all "
            "lines in the order of the jobs: exit code, message, figures, seconds, memory, hash of the mesh, version. What has "
-           "its line is not run again, unless the mesh, the job or rayrep is another one.",
+           "its line is not run again, unless a file that it reads, the job, --format or rayrep is another one.",
        .place = path_place(batch.folder)},
       {.name = "shard",
        .value = "I/N",
@@ -674,8 +670,7 @@ std::vector<Group> batch_groups(Options& options) {
        .value = "J",
        .words = "run so many at once (default: as many as there are cores)",
        .details = "Each is a process of its own and takes its share of the cores.",
-       .place = TextPlace{[&batch](const std::string& text) { parse_at_once(text, batch); },
-                          [&batch] { return batch.at_once ? std::to_string(batch.at_once) : std::string("auto"); }}},
+       .place = count_place("jobs", batch.at_once, "auto")},
       {.name = "timeout",
        .value = "S",
        .words = "stop a job after S seconds",
@@ -1098,8 +1093,7 @@ void choose_pictures(Options& options) {
     if (!is_printed(options.input)) options.html = of.stem().string() + ".html";
   }
   const auto require_kind = [](const char* name, const std::filesystem::path& path) {
-    std::string ending = path.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+    const std::string ending = ending_of(path);
     if (ending != ".svg" && ending != ".png")
       usage_error(std::string("--") + name + " draws SVG or PNG: end '" + path.string() + "' in .svg or .png.");
   };
@@ -1262,6 +1256,12 @@ std::vector<Options> defaults_of_all_goals(const Syntax& syntax) {
     all.back().spec = goal.spec;
   }
   return all;
+}
+
+std::string ending_of(const std::filesystem::path& path) {
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  return ending;
 }
 
 std::string quoted(const std::string& word) {

@@ -33,8 +33,8 @@ struct BatchOptions {
   std::filesystem::path folder;  ///< gets what they write
   std::size_t shard = 1;         ///< of
   std::size_t shards = 1;        ///< only each n-th job is run
-  std::size_t at_once = 0;       ///< 0: as many as there are cores
-  std::size_t threads_each = 1;
+  int at_once = 0;               ///< 0: as many as there are cores
+  int threads_each = 1;
   std::optional<double> time_limit_s;  ///< of a job
   std::string ending;                  ///< of meshes: ".3mf"; empty: the usual one
   bool retry = false;                  ///< what crashed or took too long
@@ -152,6 +152,9 @@ std::string shell_line(const std::vector<std::string>& words);
 
 /// The command line that judges `output` by what it was made for.
 std::string judging_command(const Options& options, const Spec& spec, const std::string& output, bool with_original);
+
+/// Of a file's name, with its dot, in lower case.
+std::string ending_of(const std::filesystem::path& path);
 
 /// As one word for a shell; control characters as bash's $'...' has them.
 std::string quoted(const std::string& word);

@@ -1,15 +1,10 @@
 #include "pictures.h"
 
-#include <algorithm>
-#include <cctype>
-
 namespace rayrep::tool {
 namespace {
 
 std::string bytes_of(const Drawing& drawing, const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  return ending == ".png" ? to_png(drawing) : to_svg(drawing);
+  return ending_of(path) == ".png" ? to_png(drawing) : to_svg(drawing);
 }
 
 }  // namespace

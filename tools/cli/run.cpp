@@ -4,7 +4,6 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
 #include <ctime>
 #include <iostream>
@@ -415,11 +414,9 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
 
 /// Finds out before the work that STL, which stores float32, cannot hold the wall so far from the origin.
 void require_room_for_wall(const Options& options, const Mesh& solid) {
-  std::string ending = options.output.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
   const Eigen::AlignedBox3d box = bounding_box(solid);
   const double wall_mm = print_of(options.spec).wall_mm;
-  if (ending != ".stl" || float32_holds_wall(box, wall_mm)) return;
+  if (ending_of(options.output) != ".stl" || float32_holds_wall(box, wall_mm)) return;
   char text[256];
   std::snprintf(text, sizeof text,
                 "So far from the origin the numbers of an STL file (float32) lie %.3g mm apart: too far for a wall of %.3g mm. "
@@ -673,9 +670,7 @@ LookedAt look_at(const Options& options, const ReadMesh& input, const Progress& 
   if (!input.checked.report.usable) return found;
   const Mesh boundary = boundary_of_union(input.checked.mesh, progress);
   found.mass = mass_properties(boundary, options.print.density_g_cm3);
-  for (std::size_t t = 0; t < boundary.triangles.size(); ++t)
-    found.area_mm2 +=
-        0.5 * (boundary.corner(t, 1) - boundary.corner(t, 0)).cross(boundary.corner(t, 2) - boundary.corner(t, 0)).norm();
+  found.area_mm2 = surface_area(boundary);
   return found;
 }
 

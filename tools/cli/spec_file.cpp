@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <nlohmann/json.hpp>
-#include <optional>
 #include <set>
 #include <sstream>
 
@@ -92,31 +90,10 @@ std::optional<std::string> list_text(const json& value) {
   return text;
 }
 
-/// Each of a list, unless it is a point.
-std::optional<std::vector<std::string>> texts_of(const json& value, bool repeated) {
-  const bool several =
-      repeated && value.is_array() && !std::all_of(value.begin(), value.end(), [](const json& v) { return v.is_number(); });
-  std::vector<std::string> texts;
-  for (const json& one : several ? value : json::array({value})) {
-    const std::optional<std::string> text = text_of(one);
-    if (!text) return std::nullopt;
-    texts.push_back(*text);
-  }
-  return texts;
-}
-
 /// What names a file that is read.
 bool names_a_file(const std::string& name) {
   static const std::set<std::string> all = {"mesh", "original", "profile", "of", "as-sliced", "fixed"};
   return all.contains(name);
-}
-
-/// A value, a number where it reads as one again.
-nlohmann::ordered_json value_of(const std::string& text) {
-  if (text.empty()) return true;
-  const json number = json::parse(text, nullptr, false);
-  if (number.is_number() && number.dump() == text) return number;
-  return text;
 }
 
 /// "FILE" or "FILE=G_CM3" as it is from a folder.
@@ -128,12 +105,31 @@ std::string from_folder(const std::string& text, const std::filesystem::path& fo
 
 }  // namespace
 
+std::optional<std::vector<std::string>> setting_texts(const json& value, bool repeated) {
+  const bool several =
+      repeated && value.is_array() && !std::all_of(value.begin(), value.end(), [](const json& v) { return v.is_number(); });
+  std::vector<std::string> texts;
+  for (const json& one : several ? value : json::array({value})) {
+    const std::optional<std::string> text = text_of(one);
+    if (!text) return std::nullopt;
+    texts.push_back(*text);
+  }
+  return texts;
+}
+
+nlohmann::ordered_json setting_json(const std::string& text) {
+  if (text.empty()) return true;
+  const json number = json::parse(text, nullptr, false);
+  if (number.is_number() && number.dump() == text) return number;
+  return text;
+}
+
 std::string spec_file_text(const std::map<std::string, std::vector<std::string>>& said, const std::filesystem::path& path) {
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
   nlohmann::ordered_json object = nlohmann::ordered_json::object();
   for (const auto& [name, texts] : said) {
     nlohmann::ordered_json values = nlohmann::ordered_json::array();
-    for (const std::string& text : texts) values.push_back(value_of(names_a_file(name) ? from_folder(text, folder) : text));
+    for (const std::string& text : texts) values.push_back(setting_json(names_a_file(name) ? from_folder(text, folder) : text));
     object[name] = values.size() == 1 ? values[0] : values;
   }
   return object.dump(2) + "\n";
@@ -167,7 +163,7 @@ SpecFile read_spec_file(const std::filesystem::path& path, const Settings& known
       texts = {""};
       continue;
     }
-    const auto found = texts_of(value, name != "mesh" && setting->repeated);
+    const auto found = setting_texts(value, name != "mesh" && setting->repeated);
     if (!found)
       usage_error(file.place(name) + name + " takes " + (name == "mesh" ? "FILE" : setting->value) +
                   ", as a number, a text or a list of them; it is " + value.dump() + ".");

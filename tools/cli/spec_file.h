@@ -2,12 +2,22 @@
 
 #include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "rayrep/base/setting.h"
 
 namespace rayrep::tool {
+
+/// A setting's value in JSON as the texts that a command line would have for it: a number or a text is one, so are a list of
+/// numbers (a point) and an object (names with numbers); of a setting that may be given several times any other list is so many.
+/// None: it is none of these.
+std::optional<std::vector<std::string>> setting_texts(const nlohmann::json& value, bool repeated);
+
+/// The other way round: true of an empty text, a number where it reads as the same text again.
+nlohmann::ordered_json setting_json(const std::string& text);
 
 /// Settings from a JSON file, as the texts that a command line would have for them.
 struct SpecFile {

@@ -159,10 +159,6 @@ Figures state_figures(const Mesh& mesh, const FloatSpec& spec, const Limits& lim
 /// The state of a body at a waterline, for the "before" column. `settle` false skips the releases.
 FloatState float_state(const Mesh& mesh, const FloatSpec& spec, const Limits& limits, bool settle, const Progress& progress = {});
 
-/// What a verdict says of the scatter of prints: the centre of mass may lie this far from where the mesh has it.
-/// 0.1 mm, or 5e-4 of the diagonal of the bounding box if that is more.
-double print_scatter_mm(double diagonal_mm);
-
 struct SpinVerdict : Verdict {
   SpinSpec spec;  ///< as in FloatVerdict
   SpinState state;

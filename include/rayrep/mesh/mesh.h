@@ -18,6 +18,9 @@ struct Mesh {
 /// Smallest axis-aligned box around all vertices; empty for a mesh without vertices.
 Eigen::AlignedBox3d bounding_box(const Mesh& mesh);
 
+/// Area of the triangles from number `first` on.
+double surface_area(const Mesh& mesh, std::size_t first = 0);
+
 /// Every vertex p replaced by T p. A reflection would turn the mesh inside out: T must have a positive determinant,
 /// which is asserted.
 Mesh transformed(const Mesh& mesh, const Eigen::Affine3d& T);

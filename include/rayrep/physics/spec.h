@@ -30,6 +30,10 @@ struct Print {
   Balls balls = {};             ///< of a maker, likewise
 };
 
+/// How prints scatter: the centre of mass may lie this far from where the mesh has it. 0.1 mm, or 5e-4 of the diagonal of the
+/// bounding box if that is more.
+double print_scatter_mm(double diagonal_mm);
+
 /// What the inside is made of, by densities over that of the print: the lighter where q.phi > 0 (theory.md (47)).
 struct Phases {
   double light = 0;
