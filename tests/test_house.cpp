@@ -351,7 +351,7 @@ std::vector<fs::path> sources_below(const fs::path& folder) {
   return found;
 }
 
-const fs::path kRoot = test::source_folder();
+const fs::path kRoot = rayrep::test::source_folder();
 
 /// Functions with more parameters for a reason: a signature of Ipopt's; the innermost loop, whose restricted pointers are promises
 /// only as parameters.
