@@ -21,8 +21,4 @@ if(RAYREP_BUILD_TOOLS)
   install(FILES ${PROJECT_BINARY_DIR}/rayrep.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT command)
   install(FILES ${PROJECT_BINARY_DIR}/rayrep.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME rayrep
           COMPONENT command)
-  install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/rayrep RENAME copyright COMPONENT command)
-  install(FILES THIRD_PARTY.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/rayrep COMPONENT command)
 endif()
-install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/librayrep-dev RENAME copyright)
-install(FILES CHANGELOG.md THIRD_PARTY.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/librayrep-dev)

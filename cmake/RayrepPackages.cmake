@@ -2,7 +2,7 @@
 # tests/packages/run.sh installs and runs them on a bare Debian 12.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_CONTACT "the rayrep authors <rayrep@example.org>")
-set(CPACK_PACKAGE_DESCRIPTION_SUMMARY ${PROJECT_DESCRIPTION})
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # would go before each package's own
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
@@ -14,9 +14,9 @@ set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXE
 set(CPACK_DEBIAN_COMMAND_PACKAGE_NAME rayrep)
 set(CPACK_DEBIAN_COMMAND_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_COMMAND_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS prusa-slicer)
+set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS "prusa-slicer, blender")
 set(CPACK_COMPONENT_COMMAND_DESCRIPTION
-    "decides what is inside a 3D print\n Computes the inside of a closed mesh, cavities, infill or heavier cores, such\n that the print floats upright at a chosen waterline, spins stably, stands, or\n has the mass, centre of mass and inertia of a model, proves how good the\n result is, and writes what a slicer prints.")
+    "decides what is inside a 3D print\nComputes the inside of a closed mesh, cavities, infill or heavier cores, such\nthat the print floats upright at a chosen waterline, spins stably, stands, or\nhas the mass, centre of mass and inertia of a model, proves how good the\nresult is, and writes what a slicer prints.")
 
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME librayrep-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
@@ -24,5 +24,5 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
     "libeigen3-dev, libtbb-dev, libembree-dev, libopenvdb-dev, coinor-libipopt-dev, libboost-dev, libzip-dev, libpng-dev, libcairo2-dev, libpugixml-dev, pkg-config")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
-    "rayrep as a C++ library\n Static library, headers and CMake package: find_package(rayrep) gives the\n target rayrep::rayrep.")
+    "rayrep as a C++ library\nStatic library, headers and CMake package: find_package(rayrep) gives the\ntarget rayrep::rayrep.")
 include(CPack)

@@ -1,5 +1,6 @@
 #!/bin/sh
-# Builds the Debian packages and installs and runs them on a bare Debian 12 (debootstrap, as root; some minutes, 1 GB in TMPDIR).
+# Builds the Debian packages, has lintian look at them, installs and runs them on a bare Debian 12 (as root; packages debootstrap, lintian,
+# desktop-file-utils; some minutes, 1 GB in TMPDIR).
 #
 #   tests/packages/run.sh [FOLDER]    keeps the packages in FOLDER
 set -eu
@@ -14,6 +15,12 @@ cmake --build "$root/build/release" -j "$(nproc)" >&2
 ls -l "$place"/packages/*.deb
 if [ $# -gt 0 ]; then mkdir -p "$1" && cp "$place"/packages/*.deb "$1"; fi
 
+echo "== as Debian's policy and desktops want them"
+# No bug of Debian's asks for them.
+lintian --allow-root --fail-on error,warning --suppress-tags initial-upload-closes-no-bugs "$place"/packages/*.deb
+dpkg -x "$place"/packages/rayrep_*.deb "$place/unpacked"
+desktop-file-validate "$place"/unpacked/usr/share/applications/*.desktop
+
 echo "== a bare Debian 12"
 debootstrap --variant=minbase bookworm "$place/bare" >&2
 mount -t proc proc "$place/bare/proc"
@@ -24,7 +31,11 @@ within() { DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8 chroot "$place/bare" "$
 within sh -c 'apt-get -qq update && apt-get -qq install -y --no-install-recommends /tmp/rayrep_*.deb >/dev/null'
 within rayrep --version
 within sh -c 'cd /tmp && rayrep float duck.stl --resolution 60 | tail -n 3 && rayrep verify duck_float.stl --original duck.stl --quiet'
-within sh -c 'test -s /usr/share/man/man1/rayrep.1.gz && test -s /usr/share/bash-completion/completions/rayrep'
+within sh -c 'cd /usr/share && test -s man/man1/rayrep.1.gz && test -s bash-completion/completions/rayrep && test -s rayrep/rayrep_addon.py'
+within sh -c 'cd /usr/share && test -s icons/hicolor/scalable/apps/$(sed -n s/^Icon=//p applications/rayrep-studio.desktop).svg'
+# The script for slicers, with the command of the package: a mesh that meets its goal, and one that does not.
+within sh -c 'cd /tmp && /usr/share/rayrep/judge_print.sh duck.stl --goal float duck_float.stl'
+within sh -c 'cd /tmp && ! /usr/share/rayrep/judge_print.sh duck.stl --goal float --waterline 40 duck_float.stl 2>/dev/null'
 
 echo "== a program that is built with librayrep-dev"
 within sh -c 'apt-get -qq install -y --no-install-recommends /tmp/librayrep-dev_*.deb cmake g++ make >/dev/null'
