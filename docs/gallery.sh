@@ -45,6 +45,9 @@ show() {
 show "A duck that floats" y float duck.stl
 show "Three spheres that float as deep as they can" y float three_spheres.stl
 show "A bird that spins" x spin bird.stl
+show "An ellipsoid that leans and spins upright" x spin tilted_ellipsoid.stl
+show "A plumper ellipsoid that spins" x spin ellipsoid.stl
+show "A robin that spins" x spin robin.stl
 show "A heart as a yo-yo" x spin heart.stl --yoyo --up y
 show "A wrestler with a core of tin" x spin sumo.stl --core-material tin
 show "A teapot that stands" y stand teapot.stl

@@ -125,7 +125,10 @@ def goals(addon):
     check("weighs what is asked for", bpy.ops.rayrep.hollow() == {"FINISHED"} and "60.00 g now" in scene.rayrep.verdict)
     scene.rayrep.goal, scene.rayrep.waterline, scene.rayrep.fluid = "float", 20, 1.025
     check("floats at a waterline that is given", bpy.ops.rayrep.hollow() == {"FINISHED"} and "20.00 mm deep" in scene.rayrep.verdict)
-    scene.rayrep.waterline = 0
+    scene.rayrep.options += " --material petg"
+    check("a material among the options counts instead of the density", bpy.ops.rayrep.hollow() == {"FINISHED"}
+          and f"{volume(addon.triangles_of(duck, scene)) * 1.27e-3:.2f} g solid" in scene.rayrep.verdict)
+    scene.rayrep.options, scene.rayrep.waterline = "--resolution 60", 0
     saved = PLACE / "duck.3mf"
     check("saves a file for the slicer, and only that", bpy.ops.rayrep.save(filepath=str(saved)) == {"FINISHED"}
           and saved.stat().st_size > 10000 and len(inside(duck)) == 1 and str(saved) in scene.rayrep.verdict)

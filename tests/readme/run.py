@@ -1,8 +1,9 @@
 #!/usr/bin/python3
 """What the documents say holds: tests/readme/run.py RAYREP.
 
-Every relative link of every *.md leads somewhere, and so does every path of this repository that is named. Every command line of rayrep in them makes sense to the command. Every command of the README's
-console blocks is run, and says what is shown there: a line that ends in "..." is the beginning of one, a line "..." any number of them.
+Every relative link of every *.md leads somewhere, and so does every path of this repository that is named. Every command line of
+rayrep in them makes sense to the command. Every command of the README's console blocks is run, and says what is shown there: a line that
+ends in "..." is the beginning of one, a line "..." any number of them.
 """
 import re
 import shlex
@@ -99,7 +100,8 @@ class Checks:
             print(f"FAILED  {what}: {problem}", flush=True)
 
     def run(self, words, folder):
-        return subprocess.run([self.rayrep, *words[1:]], cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        return subprocess.run([self.rayrep, *words[1:]], cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, text=True)
 
     def links(self, path, text):
         problems = [*broken_links(path, text), *(wrong_paths(text) if path.name != "CHANGELOG.md" else [])]
@@ -109,7 +111,8 @@ class Checks:
         for words in advised(text):
             with tempfile.TemporaryDirectory() as folder:
                 ended = self.run(words, folder)
-            self.check("command lines", f"{path.relative_to(ROOT)}: {shlex.join(words)}", ended.returncode in (1, 2) and ended.stdout)
+            problem = ended.stdout if ended.returncode in (1, 2) else None
+            self.check("command lines", f"{path.relative_to(ROOT)}: {shlex.join(words)}", problem)
 
     def answers(self, text):
         with tempfile.TemporaryDirectory() as folder:
@@ -130,8 +133,8 @@ def checks_can_fail():
     assert list(broken_links(ROOT / "README.md", "[a](nowhere.md) [b](LICENSE) [c](docs/commands.md#exit-codes) [d](#nothing)")) == [
         "nowhere.md is not there", "#nothing: there is no such heading"]
     assert list(wrong_paths("`src/base`, `docs/nowhere.md`, `tests/print/test_print`")) == ["docs/nowhere.md is not there"]
-    assert [words[1:3] for words in advised("`rayrep float MESH`, `rayrep pose`\n    rayrep spin a.stl # b\n$ rayrep stand 'a b'\n`rayrep studio`")] == [
-        ["spin", "a.stl"], ["stand", "a b"], ["pose", "--help"]]
+    lines = "`rayrep float MESH`, `rayrep pose`\n    rayrep spin a.stl # b\n$ rayrep stand 'a b'\n`rayrep studio`"
+    assert [words[1:3] for words in advised(lines)] == [["spin", "a.stl"], ["stand", "a b"], ["pose", "--help"]]
     assert not_said(["b ...", "...", "d"], "a\nb c\nx\nd\n") is None
     assert not_said(["b", "d"], "a\nb\nc\nd") == "d" and not_said(["c", "b"], "a\nb\nc") == "b" and not_said(["b"], "a\nb c") == "b"
 

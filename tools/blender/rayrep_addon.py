@@ -157,18 +157,21 @@ def command_path():
 
 def options_of(settings):
     """The words of the command line that the panel's settings stand for."""
+    try:
+        more = shlex.split(settings.options)
+    except ValueError as error:
+        raise Trouble(f"Options: a quotation mark is not closed ({error}).") from error
     words = ["spin", "--yoyo"] if settings.goal == "yoyo" else [settings.goal]
-    words += ["--wall", f"{settings.wall:.6g}", "--density", f"{settings.density:.6g}"]
+    words += ["--wall", f"{settings.wall:.6g}"]
+    if "--material" not in more:
+        words += ["--density", f"{settings.density:.6g}"]
     if settings.goal == "float":
         words += ["--fluid", f"{settings.fluid:.6g}"]
         if settings.waterline > 0:
             words += ["--waterline", f"{settings.waterline:.6g}"]
     if settings.goal == "target":
         words += ["--mass", f"{settings.mass:.6g}"]
-    try:
-        return words + shlex.split(settings.options)
-    except ValueError as error:
-        raise Trouble(f"Options: a quotation mark is not closed ({error}).") from error
+    return words + more
 
 
 class Job:
