@@ -40,11 +40,11 @@ def fresh(scale_length=0.001):
     return scene
 
 
-def refusal(text):
+def refusal(text, **how):
     """Whether the run is refused with these words, which a user then also reads in the panel."""
     scene = bpy.context.scene
     try:
-        bpy.ops.rayrep.hollow()
+        bpy.ops.rayrep.save(**how) if how else bpy.ops.rayrep.hollow()
     except RuntimeError as error:
         return text in str(error) and text in scene.rayrep.verdict and scene.rayrep.failed
     return False
@@ -164,6 +164,7 @@ def wrong_input(addon):
     scene.rayrep.fluid = 0.05
     check("what cannot float is refused with the reason and nothing is made", refusal("sinks at any waterline") and not cube.children)
     scene.rayrep.fluid = 1
+    check("a folder that is not there", refusal("no/such", filepath=str(PLACE / "no/such/cube.3mf")))
     scene.rayrep.options = "--nonsense 3"
     check("an option that does not exist", refusal("--nonsense"))
     scene.rayrep.options = "--picture 'a b"

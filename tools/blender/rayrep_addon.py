@@ -265,29 +265,32 @@ def body_to_hollow(context):
     return active
 
 
-class Runs:
-    """What starts a job and waits for it: in a window without holding it up, from scripts until the end."""
+class RAYREP_OT_hollow(bpy.types.Operator):
+    """Find the inside of the active object; what was found becomes its child"""
 
-    job = None  # the only one at a time, of any operator
+    bl_idname = "rayrep.hollow"
+    bl_label = "Hollow"
+    bl_options = {"REGISTER", "UNDO"}
+    # Where the print is written instead of brought in.
+    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"HIDDEN", "SKIP_SAVE"})
 
-    def output(self):
-        return None
+    job = None  # the only one at a time
 
     def start(self, context):
-        if Runs.job is not None:
+        if RAYREP_OT_hollow.job is not None:
             raise Trouble("One run is going on: wait for it or cancel it.")
         target = body_to_hollow(context)
         if target is None:
             raise Trouble("Nothing is selected: select the body to hollow.")
-        Runs.job = Job(context, target, self.output())
+        RAYREP_OT_hollow.job = Job(context, target, bpy.path.abspath(self.filepath) or None)
         context.scene.rayrep.verdict = ""
 
     def tell(self, context):
         try:
-            context.scene.rayrep.verdict = Runs.job.finish()
+            context.scene.rayrep.verdict = RAYREP_OT_hollow.job.finish()
             context.scene.rayrep.failed = False
         finally:
-            Runs.job = None
+            RAYREP_OT_hollow.job = None
 
     def refuse(self, context, trouble):
         context.scene.rayrep.verdict = str(trouble)
@@ -303,7 +306,7 @@ class Runs:
             return self.refuse(context, trouble)
         return {"FINISHED"}
 
-    def begin_modal(self, context):
+    def invoke(self, context, _event):
         try:
             self.start(context)
         except Trouble as trouble:
@@ -314,12 +317,15 @@ class Runs:
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
-        if event.type == "ESC" and Runs.job.runs():
-            Runs.job.cancel()
-        if event.type != "TIMER" or Runs.job.runs():
+        job = RAYREP_OT_hollow.job
+        if event.type == "ESC" and job is not None and job.runs():
+            job.cancel()
+        if event.type != "TIMER" or (job is not None and job.runs()):
             return {"PASS_THROUGH"}
         context.window_manager.event_timer_remove(self.timer)
         redraw(context)
+        if job is None:  # the add-on was disabled meanwhile
+            return {"CANCELLED"}
         try:
             self.tell(context)
         except Trouble as trouble:
@@ -328,8 +334,13 @@ class Runs:
 
     def cancel(self, context):
         """Blender ends, or another file is opened."""
-        Runs.job.discard()
-        Runs.job = None
+        drop_job()
+
+
+def drop_job():
+    if RAYREP_OT_hollow.job is not None:
+        RAYREP_OT_hollow.job.discard()
+        RAYREP_OT_hollow.job = None
 
 
 def redraw(context):
@@ -337,38 +348,27 @@ def redraw(context):
         area.tag_redraw()
 
 
-class RAYREP_OT_hollow(Runs, bpy.types.Operator):
-    """Find the inside of the active object; what was found becomes its child"""
-
-    bl_idname = "rayrep.hollow"
-    bl_label = "Hollow"
-    bl_options = {"REGISTER", "UNDO"}
-
-    def invoke(self, context, _event):
-        return self.begin_modal(context)
-
-
-class RAYREP_OT_save(Runs, bpy.types.Operator):
+class RAYREP_OT_save(bpy.types.Operator):
     """Find it and write the print to a file for the slicer; a 3MF also says how to print it"""
 
     bl_idname = "rayrep.save"
     bl_label = "Hollow and save"
     filepath: bpy.props.StringProperty(subtype="FILE_PATH")
     filter_glob: bpy.props.StringProperty(default="*.3mf;*.stl;*.obj;*.ply", options={"HIDDEN"})
-    chosen = False
-
-    def output(self):
-        return bpy.path.abspath(self.filepath)
 
     def invoke(self, context, _event):
         target = body_to_hollow(context)
         self.filepath = bpy.path.ensure_ext(bpy.path.clean_name(target.name if target else "print"), ".3mf")
-        self.chosen = True
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
-    def execute(self, context):
-        return self.begin_modal(context) if self.chosen else super().execute(context)
+    def execute(self, _context):
+        try:
+            bpy.ops.rayrep.hollow("EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT", filepath=self.filepath)
+        except RuntimeError as error:  # what the other one has reported
+            self.report({"ERROR"}, str(error).removeprefix("Error: ").strip())
+            return {"CANCELLED"}
+        return {"FINISHED"}
 
 
 class RAYREP_OT_cancel(bpy.types.Operator):
@@ -378,9 +378,9 @@ class RAYREP_OT_cancel(bpy.types.Operator):
     bl_label = "Cancel"
 
     def execute(self, _context):
-        if Runs.job is None:
+        if RAYREP_OT_hollow.job is None:
             return {"CANCELLED"}
-        Runs.job.cancel()
+        RAYREP_OT_hollow.job.cancel()
         return {"FINISHED"}
 
 
@@ -439,11 +439,11 @@ class RAYREP_PT_panel(bpy.types.Panel):
         for name in ("unit", "goal", "fluid", "waterline", "mass", "wall", "density", "options"):
             if only_for.get(name, settings.goal) == settings.goal:
                 layout.prop(settings, name)
-        if Runs.job is None:
+        if RAYREP_OT_hollow.job is None:
             layout.operator("rayrep.hollow")
             layout.operator("rayrep.save", text="Hollow and save ...")
         else:
-            layout.label(text=f"Working on '{Runs.job.name}' ...", icon="TIME")
+            layout.label(text=f"Working on '{RAYREP_OT_hollow.job.name}' ...", icon="TIME")
             layout.operator("rayrep.cancel", icon="X")
         self.draw_verdict(context, settings)
 
@@ -470,9 +470,7 @@ def register():
 
 
 def unregister():
-    if Runs.job is not None:
-        Runs.job.discard()
-        Runs.job = None
+    drop_job()
     del bpy.types.Scene.rayrep
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
