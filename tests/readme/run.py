@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 """What the documents say holds: tests/readme/run.py RAYREP.
 
-Every relative link of every *.md leads somewhere, and so does every path of this repository that is named. Every command line of
-rayrep in them makes sense to the command. Every command of the README's console blocks is run, and says what is shown there: a line that
-ends in "..." is the beginning of one, a line "..." any number of them.
+Every relative link of every *.md leads somewhere, and so does every path of this repository that is named. Every command line of rayrep
+in them makes sense to the command. Every command of console blocks in the README and docs/commands.md is run, and says what is shown
+there: a line that ends in "..." is the beginning of one, a line "..." any number of them.
 """
 import re
 import shlex
@@ -146,7 +146,8 @@ def main():
         text = path.read_text()
         checks.links(path, text)
         checks.command_lines(path, text)
-    checks.answers((ROOT / "README.md").read_text())
+    for name in ("README.md", "docs/commands.md"):
+        checks.answers((ROOT / name).read_text())
     print(", ".join(f"{count} {kind}" for kind, count in checks.counts.items()) + f": {checks.failed} failed")
     return 1 if checks.failed or len(checks.counts) < 3 else 0
 
