@@ -52,6 +52,7 @@ const std::map<std::string, std::set<std::string>> kThirdParty = {
     {"cairo.h", {"drawing_png"}},
     {"nlohmann/", {"json", "html"}},
     {"fmt/", {"text", "words"}},
+    {"httplib.h", {"server"}},
     {"boost/", {}},
 };
 
@@ -460,6 +461,14 @@ TEST(House, FoldersFormNoCircle) {
     }
     EXPECT_FALSE(reached.contains(folder)) << folder << " includes itself by way of others";
   }
+}
+
+TEST(House, OneSourceOfTheCommandSeesHttplib) {
+  std::vector<std::string> seen_in;
+  for (const fs::path& path : sources_below(kRoot / "tools"))
+    for (const Include& include : includes_of(read(path)))
+      if (include.name == "httplib.h") seen_in.push_back(path.lexically_relative(kRoot));
+  EXPECT_EQ(seen_in, std::vector<std::string>{"tools/studio/server.cpp"});
 }
 
 TEST(House, TestsMirrorTheFolders) {

@@ -8,7 +8,8 @@ set -eu
 
 build_packages="g++ cmake ninja-build pkg-config ccache"
 library_packages="libeigen3-dev libtbb-dev libembree-dev libopenvdb-dev coinor-libipopt-dev
-  libboost-dev libboost-program-options-dev libzip-dev libpng-dev libcairo2-dev libpugixml-dev nlohmann-json3-dev libfmt-dev libssl-dev"
+  libboost-dev libboost-program-options-dev libzip-dev libpng-dev libcairo2-dev libpugixml-dev nlohmann-json3-dev libfmt-dev libssl-dev
+  libcpp-httplib-dev"
 # MuJoCo, PrusaSlicer and Slic3r are asked what they make of delivered files, Chromium looks at reports; without them these tests are
 # skipped; Slurm and GNU parallel run shards of a batch.
 test_packages="libgtest-dev libgmock-dev clang-format-14 libmujoco-dev prusa-slicer slic3r

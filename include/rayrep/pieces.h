@@ -32,5 +32,7 @@
 #include "rayrep/draw/shading.h"          // triangles -> pixels
 
 #include "rayrep/make/waterline.h"        // which waterlines can be met
+#include "rayrep/make/preview.h"          // what would be found, without a mesh
 #include "rayrep/make/cavity.h"           // solution -> mesh of the cavity
+#include "rayrep/report/page_data.h"      // what a page shows, without the page
 // clang-format on

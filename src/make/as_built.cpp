@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "base/linear_algebra.h"
-#include "rayrep/base/error.h"
 
 namespace rayrep::detail {
 namespace {
@@ -45,12 +44,6 @@ private:
   std::vector<Step> steps_;
 };
 
-[[noreturn]] void throw_unsolved(const SolveReport& report) {
-  throw Error(ErrorCode::solver, "The solver stopped before it converged: " + report.solver + " says " + report.solver_status +
-                                     " after " + std::to_string(report.iterations) + " iterations with " +
-                                     std::to_string(report.variables) + " variables. Try another resolution (--resolution).");
-}
-
 void keep(Made made, InteriorSolver::Solved& solved, HollowResult& result) {
   result.delivery = std::move(made.delivery);
   result.cavities = made.cavities;
@@ -63,6 +56,12 @@ void keep(Made made, InteriorSolver::Solved& solved, HollowResult& result) {
 }
 
 }  // namespace
+
+Error unsolved(const SolveReport& report) {
+  return {ErrorCode::solver, "The solver stopped before it converged: " + report.solver + " says " + report.solver_status +
+                                 " after " + std::to_string(report.iterations) + " iterations with " +
+                                 std::to_string(report.variables) + " variables. Try another resolution (--resolution)."};
+}
 
 Moments solve_as_built(const AsBuilt& problem, InteriorSolver solver, Maker& maker, HollowResult& result,
                        const Progress& progress) {
@@ -82,7 +81,7 @@ Moments solve_as_built(const AsBuilt& problem, InteriorSolver solver, Maker& mak
     InteriorSolver::Solved solved = solver.solve(problem.shell + correction, progress);
     result.solver_iterations += solved.report.iterations;
     if (solved.report.status != SolveStatus::converged) {
-      if (pass == 1) throw_unsolved(solved.report);
+      if (pass == 1) throw unsolved(solved.report);
       // At the edge of what can be met a coarse mesh asks for more than there is.
       if (!start_finer()) break;
       continue;

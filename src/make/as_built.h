@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "make/maker.h"
+#include "rayrep/base/error.h"
 #include "rayrep/base/progress.h"
 #include "rayrep/make/hollow.h"
 #include "solve/interior_solver.h"
@@ -19,6 +20,9 @@ struct AsBuilt {
   int max_passes;  ///< see HollowOptions
   double tolerance;
 };
+
+/// Of a solver that did not converge.
+Error unsolved(const SolveReport& report);
 
 /// Solves and makes until what is made meets the goal itself: what it has more than the model is added to the model's constant
 /// part. theory.md (16d). Fills in what `result` says of delivery, solve and passes.

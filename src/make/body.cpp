@@ -6,6 +6,7 @@
 
 #include "base/text.h"
 #include "make/fixed.h"
+#include "make/kept_bodies.h"
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/mesh_check.h"
 #include "rayrep/physics/hydrostatics.h"
@@ -49,6 +50,12 @@ Mesh with_posts(const Mesh& working, const Eigen::Affine3d& to_working, const Di
   return mesh;
 }
 
+/// Built, or kept from before.
+std::shared_ptr<Body> body_in(const Eigen::Affine3d& frame, Mesh mesh, const Discretisation& options, const Progress& progress) {
+  if (options.kept) return options.kept->body(frame, mesh, options, progress);
+  return std::make_shared<Body>(std::move(mesh), frame, options, progress);
+}
+
 }  // namespace
 
 Discretisation discretisation(const Print& print, const HollowOptions& options) {
@@ -63,6 +70,7 @@ Discretisation discretisation(const Print& print, const HollowOptions& options) 
   result.phases = phases_of(print);
   result.rooms = rooms_of(options.fixed);
   result.fixed = fixed_moments(options.fixed, print.density_g_cm3);
+  result.kept = options.kept;
   return result;
 }
 
@@ -84,7 +92,7 @@ Body::Body(Mesh mesh, const Eigen::Affine3d& frame, const Discretisation& option
       to_working(frame),
       working(transformed(outer, to_working)),
       hull(outer_hull(working)),
-      surface(with_posts(working, to_working, options)),
+      query(std::make_shared<const SurfaceQuery>(with_posts(working, to_working, options))),
       phases_(options.phases) {
   const bool has_sealed_cavities = hull.triangles.size() < working.triangles.size();
   hull = boundary_of_union(hull, progress);
@@ -95,7 +103,26 @@ Body::Body(Mesh mesh, const Eigen::Affine3d& frame, const Discretisation& option
   size_mm = box.sizes().maxCoeff();
   diagonal_mm = box.diagonal().norm();
   height_mm = box.sizes().z();
+  find_inside(options, progress);
+}
 
+Body::Body(const Body& outside, const Discretisation& options, const Progress& progress)
+    : outer(outside.outer),
+      to_working(outside.to_working),
+      working(outside.working),
+      hull(outside.hull),
+      solid(outside.solid),
+      size_mm(outside.size_mm),
+      diagonal_mm(outside.diagonal_mm),
+      height_mm(outside.height_mm),
+      query(outside.query),
+      phases_(options.phases),
+      prepared_(outside.prepared_) {
+  if (options.require) options.require(hull);
+  find_inside(options, progress);
+}
+
+void Body::find_inside(const Discretisation& options, const Progress& progress) {
   const InnerDomainOptions inside = inner_options(options, size_mm);
   if (inside.field_spacing_mm < size_mm / 1000)
     throw Error(ErrorCode::goal, "A wall of " + number(options.wall_mm, 3) + " mm is too thin to be resolved in a body " +
@@ -118,6 +145,11 @@ InnerDomain Body::domain(const InnerDomainOptions& options, const Progress& prog
 
 Moments Body::lightest(const RayIntegrals& rays) const { return solid - rays.grid().substitute * rays.full(); }
 
+const PreparedHull& Body::prepared_hull() {
+  if (!prepared_) prepared_.emplace(hull);
+  return *prepared_;
+}
+
 double Body::missed() const {
   const double whole = volume_mm3(inner.field);
   return whole > 0 ? std::abs(inner.rays.volume_mm3() + inner.dropped_mm3 - whole) / whole : 0;
@@ -128,18 +160,18 @@ std::string scarce_words(const RayGrid& grid) {
   return " There are no more than " + shown(grid.most_mm3 / 1000) + " cm3 of heavy material to do it with.";
 }
 
-std::unique_ptr<Body> resolved_body(Mesh mesh, const Eigen::Affine3d& frame, Discretisation options, const Progress& progress) {
+std::shared_ptr<Body> resolved_body(Mesh mesh, const Eigen::Affine3d& frame, Discretisation options, const Progress& progress) {
   constexpr double allowed = 0.01;
   const int finest = options.look_only ? options.resolution : std::min(4 * options.resolution, 1600);
   // The slope of lines that meet the rows of a grid most evenly.
   const Eigen::AngleAxisd turn(std::atan(2 - std::numbers::phi), Eigen::Vector3d::UnitZ());
-  auto body = std::make_unique<Body>(std::move(mesh), frame, options, progress);
+  std::shared_ptr<Body> body = body_in(frame, std::move(mesh), options, progress);
   if (body->missed() <= allowed) return body;
   progress.begin("domain");
-  body = std::make_unique<Body>(std::move(body->outer), turn * frame, options, progress);
+  body = body_in(turn * frame, body->outer, options, progress);
   while (body->missed() > allowed && 2 * options.resolution <= finest) {
     options.resolution *= 2;
-    body = std::make_unique<Body>(std::move(body->outer), turn * frame, options, progress);
+    body = body_in(turn * frame, body->outer, options, progress);
   }
   return body;
 }

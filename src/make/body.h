@@ -8,6 +8,7 @@
 
 #include "rayrep/make/hollow.h"
 #include "rayrep/mesh/surface_query.h"
+#include "rayrep/physics/hydrostatics.h"
 #include "rayrep/rays/ray_integrals.h"
 
 namespace rayrep::detail {
@@ -23,6 +24,7 @@ struct Discretisation {
   Moments fixed = Moments::Zero();  ///< of what is fixed in the body, unit density of the print, in the frame given
   /// Throws for a hull, in the working frame, with which it makes no sense to go on to the inner domain. May be empty.
   std::function<void(const Mesh& hull)> require = {};
+  std::shared_ptr<KeptBodies> kept = {};  ///< see HollowOptions
 };
 Discretisation discretisation(const Print& print, const HollowOptions& options);
 
@@ -39,19 +41,27 @@ struct Body {
   double size_mm = 0;
   double diagonal_mm = 0;
   double height_mm = 0;
-  SurfaceQuery surface;  ///< of `working`, with rods where posts are to stand under rooms
+  std::shared_ptr<const SurfaceQuery> query;  ///< of `working`, with rods where posts are to stand under rooms
+  const SurfaceQuery& surface = *query;
   InnerDomain inner;
   std::optional<RayIntegrals> integrals;  ///< over the inner domain
   Moments shell;                          ///< of the lightest there is: lightest(*integrals)
 
   /// @throws Error{goal} when the wall leaves no inside or cannot be resolved
   Body(Mesh mesh, const Eigen::Affine3d& frame, const Discretisation& options, const Progress& progress);
+  /// The outside of another one, without rooms in it, with an inner domain of its own. @throws likewise
+  Body(const Body& outside, const Discretisation& options, const Progress& progress);
+  Body(const Body&) = delete;
+  Body& operator=(const Body&) = delete;
 
   /// The same body with another wall at a resolution that is enough for advice: its inner domain. Empty when nothing is left.
   RayRep inner_with(double wall_mm, double spacing_mm, const Progress& progress) const;
 
   /// Of the lightest body: all that these rays of the inner domain go through is of the lighter phase.
   Moments lightest(const RayIntegrals& rays) const;
+
+  /// `hull` as fluids ask for it, with what was found out about it so far.
+  const PreparedHull& prepared_hull();
 
   /// By how much the volume of the rays differs from that of the field, relative: thin walls that run along the rows of the rays
   /// are hit or passed by chance.
@@ -63,7 +73,9 @@ struct Body {
 
 private:
   Phases phases_;
+  std::optional<PreparedHull> prepared_;
 
+  void find_inside(const Discretisation& options, const Progress& progress);
   InnerDomain domain(const InnerDomainOptions& options, const Progress& progress) const;
   std::string nothing_inside(const Discretisation& options, const Progress& progress) const;
 };
@@ -74,6 +86,6 @@ std::string scarce_words(const RayGrid& grid);
 /// The body on rays that do not miss its inner domain: where they do, their grid is turned about z, and made finer, until they see
 /// its volume to 1 % (or are four times as fine, or 1600 along the longest side). @param frame  to the working frame, but for a
 /// turn about z
-std::unique_ptr<Body> resolved_body(Mesh mesh, const Eigen::Affine3d& frame, Discretisation options, const Progress& progress);
+std::shared_ptr<Body> resolved_body(Mesh mesh, const Eigen::Affine3d& frame, Discretisation options, const Progress& progress);
 
 }  // namespace rayrep::detail

@@ -498,7 +498,7 @@ Plan plan(const Mesh& solid, const DiceSpec& spec, const HollowOptions& options,
   if (options.solver != Solver::quadric) throw Error(ErrorCode::usage, "Dice are made by the quadric solver only.");
   HollowOptions few = options;
   few.resolution = std::min(options.resolution, kFewRays);
-  const std::unique_ptr<Body> first = upright_body(solid, spec.up, discretisation(spec.print, few), few, progress);
+  const std::shared_ptr<Body> first = upright_body(solid, spec.up, discretisation(spec.print, few), few, progress);
   progress.begin("throws");
   Aim at = aim_of(*first, spec, progress);
   Plan plan;

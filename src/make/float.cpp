@@ -92,7 +92,7 @@ Plan plan(const Mesh& solid, const FloatSpec& spec, const HollowOptions& options
   plan.body = upright_body(solid, spec.up, discretisation(spec.print, options), options, progress);
   const Body& body = *plan.body;
   const double density_g_cm3 = spec.print.density_g_cm3;
-  const PreparedHull hull(body.hull);
+  const PreparedHull& hull = plan.body->prepared_hull();
   const FloatProblem problem{hull,          body.inner.rays, *body.integrals, body.shell, spec.fluid_g_cm3,
                              density_g_cm3, body.height_mm,  body.diagonal_mm};
   FloatSpec found = spec;

@@ -60,7 +60,7 @@ Mesh stored(const Mesh& solid, const HollowOptions& options) {
   return options.as_stored ? options.as_stored(mesh) : mesh;
 }
 
-std::unique_ptr<Body> upright_body(const Mesh& solid, const Eigen::Vector3d& up, const Discretisation& discretised,
+std::shared_ptr<Body> upright_body(const Mesh& solid, const Eigen::Vector3d& up, const Discretisation& discretised,
                                    const HollowOptions& options, const Progress& progress) {
   progress.begin("domain");
   Mesh outer = stored(solid, options);

@@ -14,7 +14,7 @@ namespace rayrep::detail {
 /// How a goal is to be reached on one body: all that solving, making and proving take, and nothing of what the body is for.
 /// Benchmarks compare solvers on plans.
 struct Plan {
-  std::unique_ptr<Body> body;
+  std::shared_ptr<Body> body;  ///< changed by nobody but who carries the plan out: see HollowOptions::kept
   Goal goal;
   InteriorSolver::Setup setup;
   std::function<double(const Moments&)> error;  ///< see AsBuilt
@@ -59,7 +59,7 @@ HollowOptions on_few_rays(const HollowOptions& options);
 /// The solid as it will be stored, in the frame given.
 Mesh stored(const Mesh& solid, const HollowOptions& options);
 /// The body with up = z, its lowest point at z = 0 and its box centred in x and y.
-std::unique_ptr<Body> upright_body(const Mesh& solid, const Eigen::Vector3d& up, const Discretisation& discretised,
+std::shared_ptr<Body> upright_body(const Mesh& solid, const Eigen::Vector3d& up, const Discretisation& discretised,
                                    const HollowOptions& options, const Progress& progress);
 
 /// What is left when so much is cut off below.

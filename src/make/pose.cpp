@@ -404,7 +404,7 @@ Plan plan(const Mesh& solid, const PoseSpec& spec, const HollowOptions& options,
     return plan_top(solid, spec, options, progress);
   HollowOptions few = options;
   few.resolution = std::min(options.resolution, kFewRays);
-  const std::unique_ptr<Body> first = upright_body(solid, spec.up, discretisation(spec.print, few), few, progress);
+  const std::shared_ptr<Body> first = upright_body(solid, spec.up, discretisation(spec.print, few), few, progress);
   progress.begin("poses");
   const Poses poses(*first, spec);
   require_feet(poses, spec, *first);

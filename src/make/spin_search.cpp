@@ -211,7 +211,7 @@ Eigen::Affine3d frame_about(const SpinFrame& axis, const Mesh& outer) {
   return frame;
 }
 
-std::unique_ptr<Body> body_about(const SpinFrame& axis, Mesh outer, const Discretisation& options, const Progress& progress) {
+std::shared_ptr<Body> body_about(const SpinFrame& axis, Mesh outer, const Discretisation& options, const Progress& progress) {
   const Eigen::Affine3d frame = frame_about(axis, outer);
   return resolved_body(std::move(outer), frame, options, progress);
 }

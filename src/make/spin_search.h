@@ -62,7 +62,7 @@ Eigen::Affine3d frame_about(const SpinFrame& axis, const Mesh& outer);
 
 /// The body in the working frame of an axis: that is z, through the origin.
 /// @param axis  in the frame of `outer`
-std::unique_ptr<Body> body_about(const SpinFrame& axis, Mesh outer, const Discretisation& options, const Progress& progress);
+std::shared_ptr<Body> body_about(const SpinFrame& axis, Mesh outer, const Discretisation& options, const Progress& progress);
 
 /// An axis found in the working frame, in the frame of the mesh that was given.
 SpinFrame in_frame_given(const SpinFrame& axis, const Body& body);

@@ -232,7 +232,7 @@ void prove(const TargetProblem& problem, const TargetGoal& goal, const Plan& pla
 }
 
 /// The plan of one target on one body, given its solution.
-Plan plan_of(std::unique_ptr<Body> body, const TargetSolution& exact, const TargetProblem& problem, const TargetSpec& spec,
+Plan plan_of(std::shared_ptr<Body> body, const TargetSolution& exact, const TargetProblem& problem, const TargetSpec& spec,
              const HollowOptions& options) {
   const TargetGoal::Setup& setup = problem.setup;
   Plan plan;
@@ -357,7 +357,7 @@ HollowResult thickest_wall(const Body& first, TargetProblem problem, const Targe
   best.as_built_error = std::numeric_limits<double>::infinity();
   for (int run = 0; run < max_runs; ++run) {
     progress.begin("domain");
-    auto body = std::make_unique<Body>(first.outer, first.to_working, discretisation(spec.print, options), progress);
+    auto body = std::make_shared<Body>(first.outer, first.to_working, discretisation(spec.print, options), progress);
     const TargetSolution exact = solve_target(setup, *body->integrals, body->shell);
     if (!exact.solution.converged) {
       if (run == 0) break;
@@ -399,7 +399,7 @@ HollowResult thickest_wall(const Body& first, TargetProblem problem, const Targe
 
 /// The body with the wanted centre of mass, as far as given, at the origin.
 struct TargetBody {
-  std::unique_ptr<Body> body;
+  std::shared_ptr<Body> body;
   TargetProblem problem;
 };
 
@@ -443,7 +443,7 @@ std::optional<HollowResult> hollow_determined(const Mesh& solid, const TargetSpe
 Plan plan(const Mesh& solid, const TargetSpec& spec, const HollowOptions& options, const Progress& progress) {
   require_quadric(options);
   TargetBody target = body_for(solid, spec, options, progress);
-  std::unique_ptr<Body>& body = target.body;
+  std::shared_ptr<Body>& body = target.body;
   TargetGoal::Setup& setup = target.problem.setup;
   if (TargetGoal(setup).determined())
     throw Error(ErrorCode::usage, "With all ten numbers given nothing is left to minimise: there is no one plan for that.");
@@ -453,8 +453,7 @@ Plan plan(const Mesh& solid, const TargetSpec& spec, const HollowOptions& option
     // Where rays run along the cavity's surface, whole rays switch at once, and the mesh follows the rays badly.
     const Eigen::Matrix3d turn = turn_to_z(axis);
     const Eigen::Affine3d frame = turn * body->to_working;
-    Mesh outer = std::move(body->outer);
-    body = resolved_body(std::move(outer), frame, discretisation(spec.print, options), progress);
+    body = resolved_body(body->outer, frame, discretisation(spec.print, options), progress);
     setup = setup_for(spec, *body, turn * Eigen::Vector3d::UnitZ(), target.problem.origin_mm);
     exact = solve_target(setup, *body->integrals, body->shell);
     if (exact.solution.infeasible) throw_unattainable(*body, setup, spec.print.wall_mm, progress);

@@ -30,17 +30,15 @@ std::string names_of(const std::vector<std::string>& all) {
   return names;
 }
 
-std::string material_names() {
-  std::vector<std::string> all;
-  for (const Material& m : materials()) all.push_back(m.name);
-  return names_of(all);
+template <typename Material_>
+std::vector<std::string> words_for(const std::vector<Material_>& all) {
+  std::vector<std::string> names;
+  for (const Material_& m : all) names.push_back(m.name);
+  return names;
 }
 
-std::string core_material_names() {
-  std::vector<std::string> all;
-  for (const CoreMaterial& m : core_materials()) all.emplace_back(m.name);
-  return names_of(all);
-}
+std::string material_names() { return names_of(words_for(materials())); }
+std::string core_material_names() { return names_of(words_for(core_materials())); }
 
 std::string shown_point(const Eigen::Vector3d& p) { return shown(p.x(), 9) + "," + shown(p.y(), 9) + "," + shown(p.z(), 9); }
 
@@ -78,7 +76,8 @@ TextPlace preferred_axis(AxisClass& prefer) {
   return {[&prefer](const std::string& text) {
             prefer = parse_choice("prefer", text, kNames) == 0 ? AxisClass::largest : AxisClass::smallest;
           },
-          [&prefer] { return std::string(kNames[prefer == AxisClass::largest ? 0 : 1]); }};
+          [&prefer] { return std::string(kNames[prefer == AxisClass::largest ? 0 : 1]); },
+          {kNames.begin(), kNames.end()}};
 }
 
 /// `--axis auto` and how far it may tilt: one number.
@@ -87,7 +86,8 @@ constexpr double kUsualTilt = std::numbers::pi / 12;
 TextPlace searched_axis(double& max_tilt_rad) {
   static constexpr std::array<const char*, 2> kNames = {"up", "auto"};
   return {[&max_tilt_rad](const std::string& text) { max_tilt_rad = parse_choice("axis", text, kNames) == 0 ? 0 : kUsualTilt; },
-          [&max_tilt_rad] { return std::string(kNames[max_tilt_rad > 0 ? 1 : 0]); }};
+          [&max_tilt_rad] { return std::string(kNames[max_tilt_rad > 0 ? 1 : 0]); },
+          {kNames.begin(), kNames.end()}};
 }
 
 TextPlace largest_tilt(double& max_tilt_rad) {
@@ -471,7 +471,8 @@ Settings settings(Infill& infill, For purpose) {
         .place = TextPlace{[&infill](const std::string& text) {
                              infill.percent = parse_choice("cavity", text, kCavities) == 0 ? 0 : kUsualPercent;
                            },
-                           [&infill] { return std::string(kCavities[infill.wanted() ? 1 : 0]); }},
+                           [&infill] { return std::string(kCavities[infill.wanted() ? 1 : 0]); },
+                           {std::begin(kCavities), std::end(kCavities)}},
         .applies = For::making},
        {.name = "infill",
         .value = "PERCENT",
@@ -546,7 +547,8 @@ Settings settings(Core& core, For purpose) {
                                core.density_g_cm3 = core_material(name).density_g_cm3;
                                core.material = core_material(name).name;
                              },
-                             [&core] { return core.material.empty() ? std::string("none") : core.material; }};
+                             [&core] { return core.material.empty() ? std::string("none") : core.material; },
+                             words_for(core_materials())};
   return asked_for(
       {{.name = "core-material",
         .value = "NAME",
@@ -657,7 +659,8 @@ Settings settings(Print& print, For purpose) {
                                for (const Material& m : materials())
                                  if (m.liquid_g_cm3 > 0 && m.liquid_g_cm3 == print.liquid_g_cm3) return m.name;
                                return std::string("none");
-                             }};
+                             },
+                             words_for(materials())};
   return {
       {.name = "material",
        .value = "NAME",

@@ -10,7 +10,9 @@
 #include <variant>
 
 #include "base/text.h"
+#include "rayrep/base/error.h"
 #include "rayrep/physics/moments.h"
+#include "rayrep/report/page_data.h"
 #include "report/packed_mesh.h"
 #include "report/page.h"
 #include "report/words.h"
@@ -28,9 +30,11 @@ constexpr std::size_t kMostInside = 300'000;     ///< and of all else
 
 Json vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
+/// JSON of one line, whatever names of files hold.
+std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
 /// JSON in which nothing ends a script or opens a comment, nor a line where JSON allows that and scripts do not.
-std::string for_script(const Json& json) {
-  const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+std::string for_script(const std::string& text) {
   std::string safe;
   safe.reserve(text.size());
   for (std::size_t n = 0; n < text.size(); ++n) {
@@ -49,7 +53,7 @@ std::string for_script(const Json& json) {
 
 /// Text as HTML; what is no UTF-8 and control characters but the ends of lines are replaced.
 std::string for_html(const std::string& text) {
-  const std::string valid = Json::parse(Json(text).dump(-1, ' ', false, Json::error_handler_t::replace)).get<std::string>();
+  const std::string valid = Json::parse(dumped(text)).get<std::string>();
   std::string safe;
   for (const char c : valid) {
     if (c == '<' || c == '>' || c == '&' || c == '"' || c == '\'')
@@ -119,7 +123,7 @@ Eigen::AlignedBox3d box_of(const std::vector<Shown>& bodies) {
 
 /// As blocks of the page, and what the view is told of each.
 struct Blocks {
-  std::string html;
+  std::vector<std::pair<std::string, std::string>> packed;  ///< by their ids
   Json meshes = Json::array();
 };
 
@@ -139,7 +143,7 @@ Blocks blocks_of(const std::vector<Shown>& bodies, const Eigen::AlignedBox3d& bo
                              {"triangles", mesh.triangles.size()},
                              {"shown", shown.triangles.size()},
                              {"closed", is_closed(mesh)}});
-    blocks.html += concat("<script type=\"application/octet-stream\" id=\"", id, "\">", base64(packed(shown, box)), "</script>\n");
+    blocks.packed.emplace_back(id, base64(packed(shown, box)));
   }
   return blocks;
 }
@@ -241,20 +245,25 @@ Json json_of(const Rows& rows) {
   return json;
 }
 
+Json criteria_of(const Verdict& verdict) {
+  Json criteria = Json::array();
+  for (const Criterion& c : verdict.criteria)
+    criteria.push_back({{"name", c.name},
+                        {"words", words_of(c)},
+                        {"value", value_text(c, c.value)},
+                        {"bound", c.kind == Criterion::Kind::at_most ? "at most" : "at least"},
+                        {"limit", value_text(c, c.limit)},
+                        {"pass", c.pass()}});
+  return criteria;
+}
+
 Json told_of(const RunReport& report) {
   const Verdict& verdict = report.after;
   Json told = {{"meaning", verdict.meaning}, {"asked", verdict.headline}, {"changed", report.changed}};
   if (report.outside) told["outside"] = report.outside->note;
   if (report.print) told["printed"] = heading_text(*report.print);
   told["figures"] = json_of(rows_of(report.hollow ? &report.before : nullptr, verdict.figures));
-  told["criteria"] = Json::array();
-  for (const Criterion& c : verdict.criteria)
-    told["criteria"].push_back({{"name", c.name},
-                                {"words", words_of(c)},
-                                {"value", value_text(c, c.value)},
-                                {"bound", c.kind == Criterion::Kind::at_most ? "at most" : "at least"},
-                                {"limit", value_text(c, c.limit)},
-                                {"pass", c.pass()}});
+  told["criteria"] = criteria_of(verdict);
   std::vector<std::string> notes = verdict.notes;
   if (report.hollow) {
     const std::vector<std::string> more = notes_of(*report.hollow);
@@ -278,31 +287,31 @@ Json told_of(const Inspection& inspection) {
 
 // --------------------------------------------------------------------------------------------------------------------------- page
 
-struct Page {
-  std::string title;
-  std::string plain_text;
-  Json data;
-};
+constexpr std::string_view kDataBlock = "<script type=\"application/json\" id=\"rayrep-data\">";
+constexpr std::string_view kMeshBlock = "<script type=\"application/octet-stream\" id=\"";
+constexpr std::string_view kLiveBlock = "<script type=\"application/json\" id=\"rayrep-studio\">";
+constexpr std::string_view kBlockEnd = "</script>\n";
 
-std::string written(Page page, const Delivery& delivered, const std::vector<Attitude>& attitudes) {
+/// The data of a page with its view, but for marks.
+PageData with_view(Json data, const Delivery& delivered, const std::vector<Attitude>& attitudes) {
   const std::vector<Shown> bodies = bodies_of(delivered);
   const Eigen::AlignedBox3d box = box_of(bodies);
   Blocks blocks = blocks_of(bodies, box);
-  Json& view = page.data["view"];
+  Json& view = data["view"];
   view["low_mm"] = vector(box.min());
   view["size_mm"] = vector(box.sizes());
   view["rounding_mm"] = rounding_mm(box);
   view["meshes"] = std::move(blocks.meshes);
   view["attitudes"] = Json::array();
   for (const Attitude& attitude : attitudes) view["attitudes"].push_back(json_of(attitude, bodies.front().mesh));
-  const std::string data =
-      concat("<script type=\"application/json\" id=\"rayrep-data\">", for_script(page.data), "</script>\n", blocks.html);
+  return {dumped(data), std::move(blocks.packed)};
+}
 
-  // In the order of the page, each after the last: what is put in is not looked at again.
-  std::string_view rest = report_detail::page();
+/// What stands in the page's places, each once and in this order: what is put in is not looked at again.
+std::string filled_in(std::string_view rest, const std::string& title, const std::string& plain_text, const std::string& data) {
   std::string html;
   for (const auto& [place, text] :
-       {std::pair(kTitle, for_html(page.title)), std::pair(kPlainText, for_html(page.plain_text)), std::pair(kData, data)}) {
+       {std::pair(kTitle, for_html(title)), std::pair(kPlainText, for_html(plain_text)), std::pair(kData, data)}) {
     const std::size_t at = rest.find(place);
     assert(at != std::string_view::npos);
     html.append(rest.substr(0, at)).append(text);
@@ -311,26 +320,43 @@ std::string written(Page page, const Delivery& delivered, const std::vector<Atti
   return html.append(rest);
 }
 
-}  // namespace
-
-std::string to_html(const RunReport& report, const Delivery& delivered) {
-  const std::string what = !report.output.empty() ? report.output : report.print ? report.print->path : report.input.path;
-  Page page{concat(what, ": ", report.after.goal), to_text(report, false), {}};
-  page.data = {{"contract", 1},
-               {"title", what},
-               {"report", Json::parse(to_json(report))},
-               {"told", told_of(report)},
-               {"view", Json::object()}};
-  return written(std::move(page), delivered, attitudes_of(report.after));
+std::string written(const std::string& title, const std::string& plain_text, const PageData& data) {
+  std::string blocks = concat(kDataBlock, for_script(data.json), kBlockEnd);
+  for (const auto& [id, packed] : data.meshes) blocks += concat(kMeshBlock, id, "\">", packed, kBlockEnd);
+  return filled_in(report_detail::page(), title, plain_text, blocks);
 }
 
-std::string to_html(const Inspection& inspection, const Delivery& inspected) {
-  Page page{inspection.input.path, to_text(inspection), {}};
-  page.data = {{"contract", 1},
-               {"title", inspection.input.path},
-               {"report", Json::parse(to_json(inspection))},
-               {"told", told_of(inspection)},
-               {"view", Json::object()}};
+/// What stands between these, from `at` on, which is moved behind it; none: they are not there.
+std::optional<std::string> between(const std::string& text, std::string_view begin, std::string_view end, std::size_t& at) {
+  const std::size_t first = text.find(begin, at);
+  if (first == std::string::npos) return std::nullopt;
+  const std::size_t last = text.find(end, first + begin.size());
+  if (last == std::string::npos) return std::nullopt;
+  at = last + end.size();
+  return text.substr(first + begin.size(), last - first - begin.size());
+}
+
+std::string name_of_judged(const RunReport& report) {
+  return !report.output.empty() ? report.output : report.print ? report.print->path : report.input.path;
+}
+
+const char* unit_word(Unit unit) {
+  static constexpr const char* kWords[] = {"", "mm", "mm2", "mm3", "mm4", "g", "g/cm3", "g mm2", "rad", "rpm"};
+  return kWords[static_cast<std::size_t>(unit)];
+}
+
+}  // namespace
+
+PageData page_data(const RunReport& report, const Delivery& delivered) {
+  return with_view({{"contract", 1},
+                    {"title", name_of_judged(report)},
+                    {"report", Json::parse(to_json(report))},
+                    {"told", told_of(report)},
+                    {"view", Json::object()}},
+                   delivered, attitudes_of(report.after));
+}
+
+PageData page_data(const Inspection& inspection, const Delivery& inspected) {
   Json marks = Json::array();
   const MeshReport& check = inspection.input.check;
   // Places are told in the file's own numbers, which the reader of 3MF has brought to mm.
@@ -343,8 +369,64 @@ std::string to_html(const Inspection& inspection, const Delivery& inspected) {
   mark("open edge", check.open_edges, !check.usable);
   mark("non-manifold edge", check.non_manifold_edges, !check.usable);
   mark("self-intersection", check.self_intersections, true);
-  page.data["view"]["marks"] = marks;
-  return written(std::move(page), inspected, {Attitude{}});
+  return with_view({{"contract", 1},
+                    {"title", inspection.input.path},
+                    {"report", Json::parse(to_json(inspection))},
+                    {"told", told_of(inspection)},
+                    {"view", {{"marks", marks}}}},
+                   inspected, {Attitude{}});
+}
+
+PageData page_data(const std::string& page) {
+  std::size_t at = 0;
+  const std::optional<std::string> data = between(page, kDataBlock, kBlockEnd, at);
+  if (!data) throw Error(ErrorCode::input, "This is no page that rayrep has written.");
+  PageData result{*data, {}};
+  while (auto block = between(page, kMeshBlock, kBlockEnd, at)) {
+    const std::size_t id = block->find("\">");
+    if (id != std::string::npos) result.meshes.emplace_back(block->substr(0, id), block->substr(id + 2));
+  }
+  return result;
+}
+
+std::string page_json(const Verdict& verdict, const Mesh& body) {
+  RunReport report;
+  report.after = verdict;
+  const Json after = Json::parse(to_json(report)).at("after");
+  Json figures = Json::array();
+  for (const Figure& figure : verdict.figures) {
+    const Json& value = after.at(figure.name);
+    const bool numbers = value.is_array() && std::all_of(value.begin(), value.end(), [](const Json& v) { return v.is_number(); });
+    if (value.is_number() || value.is_null() || numbers)
+      figures.push_back({figure.words, unit_word(figure.unit), value, figure.name});
+  }
+  Json json = {{"told", verdict.meaning},
+               {"figures", std::move(figures)},
+               {"rows", json_of(rows_of(nullptr, verdict.figures))},
+               {"criteria", criteria_of(verdict)},
+               {"after", after},
+               {"attitudes", Json::array()}};
+  for (const Attitude& attitude : attitudes_of(verdict)) json["attitudes"].push_back(json_of(attitude, body));
+  return dumped(json);
+}
+
+LivePage live_page(const std::string& json) {
+  constexpr std::string_view kPolicy = "<meta http-equiv=\"Content-Security-Policy\" content=\"";
+  const std::string_view page = report_detail::page();
+  const std::size_t begin = page.find(kPolicy);
+  const std::size_t end = page.find("\">\n", begin);
+  assert(begin != std::string_view::npos && end != std::string_view::npos);
+  const std::string policy(page.substr(begin + kPolicy.size(), end - begin - kPolicy.size()));
+  const std::string without = concat(page.substr(0, begin), page.substr(end + 3));
+  return {filled_in(without, "rayrep studio", "", concat(kLiveBlock, for_script(json), kBlockEnd)), policy};
+}
+
+std::string to_html(const RunReport& report, const Delivery& delivered) {
+  return written(concat(name_of_judged(report), ": ", report.after.goal), to_text(report, false), page_data(report, delivered));
+}
+
+std::string to_html(const Inspection& inspection, const Delivery& inspected) {
+  return written(inspection.input.path, to_text(inspection), page_data(inspection, inspected));
 }
 
 }  // namespace rayrep

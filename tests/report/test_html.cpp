@@ -7,9 +7,11 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "rayrep/base/error.h"
 #include "rayrep/judge/verify.h"
 #include "rayrep/mesh/mesh_check.h"
 #include "rayrep/report/html.h"
+#include "rayrep/report/page_data.h"
 #include "report/packed_mesh.h"
 #include "solids.h"
 
@@ -483,6 +485,49 @@ TEST(Html, ShowsAMeshThatIsEmpty) {
   const Json data = data_of(to_html(Inspection{input, 1.24, 0, nullptr}, delivery(checked.mesh)));
   EXPECT_EQ(data["view"]["meshes"][0]["triangles"], 0);
   EXPECT_TRUE(data["view"]["attitudes"][0]["lowest_mm"].is_null());
+}
+
+TEST(PageData, IsWhatThePageHolds) {
+  Egg egg;
+  egg.report.input.path = "</script> <b>&.stl";
+  const PageData data = page_data(egg.report, egg.body);
+  const PageData read = page_data(to_html(egg.report, egg.body));
+  EXPECT_EQ(Json::parse(data.json), Json::parse(read.json));
+  EXPECT_EQ(data.meshes, read.meshes);
+  ASSERT_EQ(data.meshes.size(), 2u);
+  for (const auto& [id, packed] : data.meshes) EXPECT_EQ(packed, block(to_html(egg.report, egg.body), id));
+  for (const char* other : {"", "<html></html>", "<script type=\"application/json\" id=\"rayrep-data\">{}"})
+    EXPECT_THROW(page_data(std::string(other)), Error) << other;
+}
+
+TEST(PageData, OfAVerdictAloneIsThatOfItsReport) {
+  const Egg egg;
+  const Json whole = Json::parse(page_data(egg.report, egg.body).json);
+  const Json alone = Json::parse(page_json(egg.report.after, egg.outer));
+  EXPECT_EQ(alone["told"], whole["told"]["meaning"]);
+  EXPECT_EQ(alone["rows"], whole["told"]["figures"]);
+  EXPECT_EQ(alone["criteria"], whole["told"]["criteria"]);
+  EXPECT_EQ(alone["after"], whole["report"]["after"]);
+  EXPECT_EQ(alone["attitudes"], whole["view"]["attitudes"]);
+  std::set<std::string> names;
+  for (const Json& figure : alone["figures"]) {
+    names.insert(figure[3]);
+    EXPECT_EQ(figure[2], whole["report"]["after"][figure[3].get<std::string>()]) << figure;
+  }
+  for (const char* name : {"mass_g", "metacentric_height_mm", "centre_of_mass_mm", "centre_of_buoyancy_mm"})
+    EXPECT_TRUE(names.contains(name)) << name;
+}
+
+TEST(LivePage, SaysItsPolicyBesideItself) {
+  const Egg egg;
+  const std::string page = to_html(egg.report, egg.body);
+  const LivePage live = live_page(R"({"name": "</script><!-- &"})");
+  EXPECT_NE(page.find("content=\"" + live.policy + "\""), std::string::npos);
+  EXPECT_EQ(live.html.find("http-equiv"), std::string::npos);
+  EXPECT_EQ(Json::parse(block(live.html, "rayrep-studio"))["name"], "</script><!-- &");
+  EXPECT_EQ(count_of(live.html, "id=\"rayrep-data\""), 0u);
+  const auto script = [](const std::string& html) { return html.substr(html.rfind("<script>")); };
+  EXPECT_EQ(script(live.html), script(page));  // of which the policy has the hash
 }
 
 }  // namespace

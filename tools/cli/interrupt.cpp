@@ -23,6 +23,7 @@ sem_t wake;
 
 std::mutex ending;  // held while the process must not be ended, and by whom ends it
 std::vector<std::filesystem::path> unfinished_beside;
+std::filesystem::path folder_to_remove;
 int results = 0;
 int known_exit_code = 0;
 
@@ -47,6 +48,8 @@ void watch() {
   }
   ending.lock();
   for (const auto& output : unfinished_beside) remove_unfinished(output);
+  std::error_code ignored;
+  if (!folder_to_remove.empty()) std::filesystem::remove_all(folder_to_remove, ignored);
   const std::string text = known_exit_code != 0 ? ""
                            : results == 0       ? "rayrep: Interrupted; nothing was written.\n"
                                                 : "rayrep: Interrupted; what was delivered before is done.\n";
@@ -85,6 +88,11 @@ int interrupted_exit_code() { return known_exit_code != 0 ? known_exit_code : 12
 void clean_up_beside(const std::vector<std::filesystem::path>& outputs) {
   const std::lock_guard lock(ending);
   unfinished_beside.insert(unfinished_beside.end(), outputs.begin(), outputs.end());
+}
+
+void clean_up_folder(const std::filesystem::path& folder) {
+  const std::lock_guard lock(ending);
+  folder_to_remove = folder;
 }
 
 void interrupted_with(int exit_code) {

@@ -19,6 +19,9 @@ int interrupted_exit_code();
 /// Beside which outputs there may be unfinished files when the process is ended.
 void clean_up_beside(const std::vector<std::filesystem::path>& outputs);
 
+/// What is there for the time of the process only.
+void clean_up_folder(const std::filesystem::path& folder);
+
 /// What is known already when the process is ended from now on: its exit code, and that it is told.
 void interrupted_with(int exit_code);
 

@@ -89,7 +89,7 @@ TextPlace count_place(const char* name, int& count, const char* none) {
 }
 
 /// "2GB", "500 MB": powers of ten, as memory_words tells them.
-std::size_t parse_memory(const std::string& text) {
+std::size_t parse_memory(const std::string& name, const std::string& text) {
   const std::size_t end = text.find_last_of("0123456789.") + 1;  // 0: there is no digit
   std::size_t begin = end;
   while (begin < text.size() && text[begin] == ' ') ++begin;
@@ -98,9 +98,10 @@ std::size_t parse_memory(const std::string& text) {
   static const std::map<std::string, double> kUnits = {{"kb", 1e3}, {"k", 1e3}, {"mb", 1e6},  {"m", 1e6},
                                                        {"gb", 1e9}, {"g", 1e9}, {"tb", 1e12}, {"t", 1e12}};
   const auto found = kUnits.find(unit);
-  if (found == kUnits.end()) usage_error("--memory takes a number with its unit, such as 500MB or 4GB; it is '" + text + "'.");
-  const double bytes = found->second * parse_number("memory", text.substr(0, end));
-  if (!(bytes >= 1e6 && bytes <= 1e15)) usage_error("--memory must lie between 1MB and 1000TB; it is '" + text + "'.");
+  if (found == kUnits.end())
+    usage_error("--" + name + " takes a number with its unit, such as 500MB or 4GB; it is '" + text + "'.");
+  const double bytes = found->second * parse_number(name, text.substr(0, end));
+  if (!(bytes >= 1e6 && bytes <= 1e15)) usage_error("--" + name + " must lie between 1MB and 1000TB; it is '" + text + "'.");
   return static_cast<std::size_t>(bytes);
 }
 
@@ -132,7 +133,7 @@ Settings mesh_rows(Options& options) {
        .words = "take at most SIZE to read a mesh, as 500MB",
        .details =
            "Bounds the file, and what a 3MF file unpacks to with what is made of it. Others take up to five times their size.",
-       .place = TextPlace{[&options](const std::string& text) { options.memory_bytes = parse_memory(text); },
+       .place = TextPlace{[&options](const std::string& text) { options.memory_bytes = parse_memory("memory", text); },
                           [&options] { return memory_words(options.memory_bytes); }},
        .rare = true},
       {.name = "repair",
@@ -725,7 +726,37 @@ std::vector<Group> view_groups(Options& options) {
   return {mesh, pictures};
 }
 
+std::vector<Group> studio_groups(Options& options) {
+  StudioOptions& studio = options.studio;
+  Settings page = {
+      {.name = "port",
+       .value = "N",
+       .words = "of 127.0.0.1 (default: any that is free)",
+       .details = "",
+       .place = &studio.port,
+       .range = {.lo = 0, .hi = 65535, .open = false}},
+      {.name = "no-open",
+       .value = "",
+       .words = "only print the address, do not open it in the browser",
+       .details = "So it is where there is no display, too.",
+       .place = &studio.no_open},
+      {.name = "max-upload",
+       .value = "SIZE",
+       .words = "take meshes of at most SIZE, as 500MB",
+       .details = "",
+       .place = TextPlace{[&studio](const std::string& text) { studio.most_upload_bytes = parse_memory("max-upload", text); },
+                          [&studio] { return memory_words(studio.most_upload_bytes); }}}};
+  Settings rest = common_rows(options, false);
+  std::erase_if(rest, [](const Setting& s) { return s.name != "threads" && s.name != "help,h"; });
+  append(page, rest);
+  return {{"The page", page}};
+}
+
+}  // namespace
+
 std::string long_name(const Setting& setting) { return setting.name.substr(0, setting.name.find(',')); }
+
+namespace {
 
 // ---------------------------------------------------------------------------------------------------------------------- parsing
 
@@ -800,7 +831,7 @@ std::set<std::string> replaced_by(const std::string& name) {
 /// Adds what a file says, where the command line does not say it. @returns the file
 /// @throws Error{usage}
 std::optional<SpecFile> add_spec_file(const std::vector<Group>& groups, Given& given, Options& options) {
-  if (options.command == Command::batch) return std::nullopt;
+  if (options.command == Command::batch || options.command == Command::studio) return std::nullopt;
   const auto ends_in_json = [](const std::string& name) { return std::filesystem::path(name).extension() == ".json"; };
   const auto input = given.find("input");
   if (input != given.end() && ends_in_json(input->second.front())) {
@@ -1199,6 +1230,11 @@ const std::vector<Syntax>& commands() {
                    "Without --section, --picture and --html it writes NAME.png and NAME.html; of a .gcode file\n"
                    "NAME.png of what the nozzle lays down.\n",
                    "pictures of MESH, whole and cut, and a page to turn and cut it", Command::view});
+    all.push_back({"studio",
+                   "rayrep studio [MESH] [options]: a page in the browser: drop a mesh, choose a goal, drag, download.\n"
+                   "It is served on 127.0.0.1, to whoever has the address that is printed. Nothing is written but\n"
+                   "what you download. Ctrl-C ends it.\n",
+                   "a page in the browser: drop a mesh, choose a goal, drag, download", Command::studio, "[MESH]"});
     all.push_back({"inspect",
                    "rayrep inspect MESH [options]: size, volume, mass, centre of mass, inertia and defects of MESH.\n"
                    "Of a .gcode or .sl1 file what measure tells.\n",
@@ -1231,6 +1267,8 @@ std::vector<Group> groups_of(const Syntax& syntax, Options& options) {
       return sweep_groups(options);
     case Command::view:
       return view_groups(options);
+    case Command::studio:
+      return studio_groups(options);
     case Command::text:
       break;
   }
@@ -1424,10 +1462,11 @@ Options parse_sweep(int argc, const char* const* argv, const Syntax& syntax) {
 /// All options as given, read and checked.
 /// @param file  of which some of them are; may be null
 void take(const Given& given, const Syntax& syntax, const SpecFile* file, Options& options) {
-  if (!given.contains("input") || given.at("input").front().empty())
+  const bool named = given.contains("input") && !given.at("input").front().empty();
+  if (!named && syntax.command != Command::studio)
     usage_error("Name the mesh: rayrep " + syntax.word + " MESH" +
                 (options.spec_file.empty() ? "." : ", or in '" + options.spec_file.string() + "' as \"mesh\"."));
-  options.input = given.at("input").front();
+  if (named) options.input = given.at("input").front();
   if (syntax.command == Command::verify) {
     if (given.contains("goal")) options.goal = given.at("goal").front();
     options.spec = goal_named(options.goal).spec;

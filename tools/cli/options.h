@@ -20,7 +20,7 @@
 
 namespace rayrep::tool {
 
-enum class Command { hollow, verify, inspect, measure, view, batch, sweep, text };
+enum class Command { hollow, verify, inspect, measure, view, batch, sweep, studio, text };
 
 /// A file with a body that is not printed.
 struct FixedFile {
@@ -39,6 +39,13 @@ struct BatchOptions {
   std::string ending;                  ///< of meshes: ".3mf"; empty: the usual one
   bool retry = false;                  ///< what crashed or took too long
   std::filesystem::path summary;       ///< a table, CSV; empty: none
+};
+
+/// How the page of studio is served.
+struct StudioOptions {
+  int port = 0;  ///< of 127.0.0.1; 0: any that is free
+  bool no_open = false;
+  std::size_t most_upload_bytes = 256'000'000;
 };
 
 /// A section that is drawn.
@@ -69,6 +76,7 @@ struct Options {
   Print print;                    ///< inspect, measure
   bool density_given = false;     ///< by --density or --material
   BatchOptions batch;             ///< batch
+  StudioOptions studio;           ///< studio
   std::vector<Job> sweep;         ///< sweep: what it writes
   std::vector<std::string> vary;  ///< and of what: NAME=VALUES
   PrintedOptions printed;         ///< of a file for a printer: how it is read,
@@ -134,6 +142,8 @@ struct Syntax {
 };
 const std::vector<Syntax>& commands();
 std::vector<Group> groups_of(const Syntax& syntax, Options& options);
+/// Of a setting without the letter that is short for it.
+std::string long_name(const Setting& setting);
 /// Options as they are before anything is given.
 Options defaults_of(const Syntax& syntax);
 /// Of verify: those of every goal it judges by.

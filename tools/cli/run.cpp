@@ -12,12 +12,14 @@
 #include <system_error>
 
 #include "batch.h"
+#include "input.h"
 #include "interrupt.h"
 #include "measure.h"
 #include "pictures.h"
 #include "rayrep/draw/bead_bars.h"
 #include "rayrep/rayrep.h"
 #include "stages.h"
+#include "studio.h"
 
 namespace rayrep::tool {
 namespace {
@@ -36,60 +38,6 @@ double peak_memory_mb() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) / 1024;
-}
-
-struct ReadMesh {
-  CheckedMesh checked;
-  std::vector<Part> modifiers = {};
-  InputSummary summary;
-};
-
-/// Reads and checks in the file's own numbers, so that places are told in them, then scales to millimetres and to --size.
-ReadMesh read(const std::filesystem::path& path, const Options& options, CheckOptions check, const Progress& progress) {
-  check.repair = options.repair;
-  progress.begin("read");
-  const MeshFile file = read_mesh(path, {.memory_bytes = options.memory_bytes});
-  ReadMesh result;
-  InputSummary& summary = result.summary;
-  progress.begin("check");
-  result.checked = check_mesh(file.mesh, check, progress);
-  Mesh& mesh = result.checked.mesh;
-  const bool own_unit = file.format == "3MF";  // already applied by the reader
-  summary.mm_per_unit = own_unit ? file.mm_per_unit : millimetres(options.unit);
-  double factor = own_unit ? 1 : summary.mm_per_unit;
-  const Eigen::AlignedBox3d box = bounding_box(mesh);
-  if (!box.isEmpty()) {
-    const double longest = factor * box.sizes().maxCoeff();
-    if (options.size_mm && longest > 0 && std::isfinite(longest)) {
-      summary.scale = *options.size_mm / longest;
-      factor *= summary.scale;
-    }
-    summary.size_mm = factor * box.sizes();
-  }
-  result.modifiers = file.modifiers;
-  const bool counted = options.command == Command::verify;
-  if (factor != 1) {
-    for (auto& v : mesh.vertices) v *= factor;
-    for (Part& part : result.modifiers)
-      for (auto& v : part.mesh.vertices) v *= factor;
-  }
-  if (result.checked.report.usable) require_size(mesh, path.string());
-  summary.path = path.string();
-  summary.format = file.format;
-  summary.notes = file.notes;
-  if (!result.modifiers.empty() && !counted)
-    summary.notes.emplace_back(
-        "The infill of modifiers is not counted here: the body is taken as solid. 'rayrep verify' counts it.");
-  summary.check = result.checked.report;
-  summary.vertices = mesh.vertices.size();
-  summary.triangles = mesh.triangles.size();
-  return result;
-}
-
-void refuse_unusable(const ReadMesh& mesh) {
-  const MeshReport& report = mesh.checked.report;
-  if (report.usable) return;
-  throw Error(ErrorCode::input, mesh.summary.path + ": " + report.refusal);
 }
 
 /// @param judged  what the page shows
@@ -124,19 +72,6 @@ RunReport start_report(const Options& options, const ReadMesh& mesh) {
 void write_inertial(const Options& options, const MassProperties& body) {
   if (!options.urdf.empty()) write_text_file(options.urdf, urdf_inertial(body));
   if (!options.mjcf.empty()) write_text_file(options.mjcf, mjcf_inertial(body));
-}
-
-/// @throws Error{input} for a mesh of several bodies, unless something is said to hold them together
-void refuse_loose_bodies(const Options& options, ReadMesh& mesh, const Progress& progress) {
-  const int bodies = bodies_of(mesh.checked.mesh, progress).count;
-  if (bodies < 2) return;
-  const std::string count = "There are " + std::to_string(bodies) + " bodies that do not touch each other";
-  if (!options.rigid)
-    throw Error(ErrorCode::input,
-                mesh.summary.path + ": " + count +
-                    ": each would float, spin or stand by itself. Say --each to treat them one by one, or --rigid if something "
-                    "holds them together.");
-  mesh.summary.notes.push_back(count + ": taken as one rigid body, as --rigid says.");
 }
 
 /// Finds out before the work that an output cannot be written, and clears away what killed runs have left there. What is text may
@@ -255,24 +190,6 @@ std::string judged_again(const Options& options, const RunReport& report, bool w
   const std::string what = report.print ? report.print->path : report.output;
   return "\nto judge it again: " +
          printable(judging_command(judging, spec, what, with_original || report.print || report.outside)) + "\n";
-}
-
-/// A closed mesh beside the one that is worked on. @throws Error{input}
-Mesh read_closed(const std::filesystem::path& path, const Options& options, const Progress& progress) {
-  CheckedMesh checked =
-      check_mesh(read_mesh(path, {.memory_bytes = options.memory_bytes}).mesh, {.self_intersections = false}, progress);
-  if (!checked.report.usable) throw Error(ErrorCode::input, path.string() + ": " + checked.report.refusal);
-  return std::move(checked.mesh);
-}
-
-/// The bodies that are not printed. @throws Error{input} for one that is not closed
-std::vector<Part> read_fixed(const Options& options, const Progress& progress) {
-  std::vector<Part> parts;
-  for (const FixedFile& file : options.fixed) {
-    parts.push_back(
-        {.mesh = read_closed(file.path, options, progress), .role = Part::Role::insert, .density_g_cm3 = file.density_g_cm3});
-  }
-  return parts;
 }
 
 /// With a picture of it, if the file can hold one.
@@ -423,13 +340,6 @@ void require_room_for_wall(const Options& options, const Mesh& solid) {
                 "Write .3mf or .obj, which keep doubles (-o), or move the body to the origin.",
                 float32_spacing_mm(box), wall_mm);
   throw Error(ErrorCode::input, text);
-}
-
-HollowOptions hollow_options(const Options& options, const Progress& progress) {
-  HollowOptions how = options.hollow;
-  for (Part& part : read_fixed(options, progress)) how.fixed.push_back({std::move(part)});
-  how.as_stored = [&options](const Mesh& mesh) { return as_stored(options.output, mesh); };
-  return how;
 }
 
 DeformOptions deform_options(const Options& options, const Progress& progress) {
@@ -660,24 +570,6 @@ Pictures draw_looked_at(const Options& options, const ReadMesh& mesh, const Prog
   return pictures;
 }
 
-/// Of a mesh that is only looked at: nothing where it is not closed.
-struct LookedAt {
-  std::optional<MassProperties> mass;
-  double area_mm2 = 0;
-};
-LookedAt look_at(const Options& options, const ReadMesh& input, const Progress& progress) {
-  LookedAt found;
-  if (!input.checked.report.usable) return found;
-  const Mesh boundary = boundary_of_union(input.checked.mesh, progress);
-  found.mass = mass_properties(boundary, options.print.density_g_cm3);
-  found.area_mm2 = surface_area(boundary);
-  return found;
-}
-
-Inspection inspection_of(const Options& options, const ReadMesh& input, const LookedAt& found) {
-  return {input.summary, options.print.density_g_cm3, found.area_mm2, found.mass ? &*found.mass : nullptr};
-}
-
 void write_page(const Options& options, const ReadMesh& input, const Inspection& inspection) {
   if (options.html.empty()) return;
   const MeshFile shown{.mesh = input.checked.mesh, .format = "", .notes = {}, .modifiers = input.modifiers};
@@ -788,6 +680,9 @@ void run(const Options& options, const std::function<bool()>& cancelled) {
       break;
     case Command::sweep:
       run_sweep(options);
+      break;
+    case Command::studio:
+      run_studio(options, cancelled);
       break;
     case Command::text:
       std::cout << options.text;

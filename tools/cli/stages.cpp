@@ -98,7 +98,7 @@ void Stages::show() {
   shown_ = Clock::now();
   clear_line();
   std::cerr << emphasised(current_) << " ...";
-  const double so_far = seconds(shown_ - born_);
+  const double so_far = seconds_so_far();
   if (so_far >= 1) std::cerr << " " << duration_words(so_far);
   if (const auto left = seconds_left(); left && so_far >= 2) std::cerr << ", about " << duration_words(*left) << " left";
   std::cerr << std::flush;
@@ -110,6 +110,8 @@ void Stages::clear_line() const {
 
 std::string Stages::emphasised(const std::string& text) const { return colour_ ? "\033[1m" + text + "\033[0m" : text; }
 
+double Stages::seconds_so_far() const { return seconds(Clock::now() - born_); }
+
 /// From what the stages before this one took, and how such runs share their time; nothing is known before some of it has passed.
 std::optional<double> Stages::seconds_left() const {
   constexpr double kTelling = 15;  // percent
@@ -117,7 +119,7 @@ std::optional<double> Stages::seconds_left() const {
   const auto spent = [this](std::string_view stage) {
     const auto found = std::find_if(spent_.begin(), spent_.end(), [&](const auto& s) { return s.first == stage; });
     const double before = found == spent_.end() ? 0 : found->second;
-    return before + (current_ == stage ? seconds(shown_ - started_) : 0);
+    return before + (current_ == stage ? seconds(Clock::now() - started_) : 0);
   };
   const auto now = std::find_if(std::begin(kShares), std::end(kShares), [this](const Share& s) { return current_ == s.stage; });
   double done = 0;

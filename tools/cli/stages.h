@@ -28,6 +28,10 @@ public:
   /// Stages and their seconds in order of first occurrence, then "total".
   std::vector<std::pair<std::string, double>> finish();
 
+  /// About how long it will still take, where that can be known.
+  std::optional<double> seconds_left() const;
+  double seconds_so_far() const;
+
 private:
   using Clock = std::chrono::steady_clock;
 
@@ -35,7 +39,6 @@ private:
   void show();
   void clear_line() const;
   std::string emphasised(const std::string& text) const;
-  std::optional<double> seconds_left() const;
 
   bool verbose_;
   bool live_;    ///< a terminal that can draw a line again

@@ -22,7 +22,7 @@ std::string option_words(const Setting& s, const std::string& usual) {
 
 /// The usual value, where it says something.
 std::string usual_value(const Setting& s) {
-  static const std::set<std::string> kToldInWords = {"density", "material", "threads", "max-tilt", "goal"};
+  static const std::set<std::string> kToldInWords = {"density", "material", "threads", "max-tilt", "goal", "port"};
   if (s.value.empty() || kToldInWords.contains(s.name) || std::holds_alternative<std::optional<double>*>(s.place)) return "";
   const std::string value = shown(s);
   return value == "none" || value == "auto" || value == "free" ? "" : " (=" + value + ")";
@@ -114,6 +114,11 @@ judges any mesh by the checks that the other commands make on what they deliver.
 made:
 .B \-\-verbose
 prints the command line that judges an output again.
+.PP
+.B studio
+serves a page on 127.0.0.1 and opens it in the browser: drop a mesh, choose a goal, drag what it shall do; a quick answer follows the hand,
+and a full run is judged before it can be downloaded. Only who has the address that is printed may ask, and nothing is written but what is
+downloaded.
 .PP
 .I MESH
 is STL, OBJ, PLY, OFF or 3MF. It must be closed; what is wrong with one that is not is counted, located and said. Overlapping closed
@@ -256,7 +261,7 @@ std::string man_page() {
                      "\" \"User Commands\"\n.SH NAME\nrayrep \\- hollow a mesh so that the printed object floats upright, spins, "
                      "stands, falls as a die, or has a given "
                      "mass and inertia\n.SH SYNOPSIS\n";
-  for (const Syntax& syntax : commands()) text += ".B rayrep " + syntax.word + "\n.I MESH\n.RI [ options ]\n.br\n";
+  for (const Syntax& syntax : commands()) text += ".B rayrep " + syntax.word + "\n.I " + syntax.takes + "\n.RI [ options ]\n.br\n";
   text += kDescription;
   text += ".SH OPTIONS\n";
   for (const Syntax& syntax : commands()) text += man_options(syntax);

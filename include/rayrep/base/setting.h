@@ -27,6 +27,7 @@ struct Range {
 struct TextPlace {
   std::function<void(const std::string&)> parse;  ///< @throws Error{usage}
   std::function<std::string()> show;
+  std::vector<std::string> choices = {};  ///< where it is one of a few words
 };
 
 /// One member of a struct as people set it: its name, words, unit, range, and where it is kept. From these rows come the command
@@ -93,7 +94,8 @@ std::size_t parse_choice(const std::string& name, const std::string& text, std::
 template <typename Enum>
 TextPlace choice(const char* name, Enum& value, std::span<const char* const> names) {
   return {[name, &value, names](const std::string& text) { value = static_cast<Enum>(parse_choice(name, text, names)); },
-          [&value, names] { return std::string(names[static_cast<std::size_t>(value)]); }};
+          [&value, names] { return std::string(names[static_cast<std::size_t>(value)]); },
+          {names.begin(), names.end()}};
 }
 
 }  // namespace rayrep

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,6 +19,10 @@
 #include "rayrep/solve/solve.h"
 
 namespace rayrep {
+
+namespace detail {
+class KeptBodies;
+}
 
 /// How the inside is discretised and built, for every goal.
 struct HollowOptions {
@@ -46,6 +51,8 @@ struct HollowOptions {
   /// Only a look at what is in reach, with nothing made after it: the grid of the cavity need not be finer than half of the rays',
   /// and rays that miss thin parts are turned but not made more.
   bool look_only = false;
+  /// What was built for looks before this one and may serve again, see Previewer; null: nothing.
+  std::shared_ptr<detail::KeptBodies> kept = {};
   int max_slices = 3;  ///< how often as_printed is asked
   /// No further slice is made once a print misses mass and offset by no more than this (as as_built_tolerance).
   double as_printed_tolerance = 3e-5;

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "options.h"
+#include "rayrep/rayrep.h"
+
+// Meshes as a command reads them.
+
+namespace rayrep::tool {
+
+struct ReadMesh {
+  CheckedMesh checked;
+  std::vector<Part> modifiers = {};
+  InputSummary summary;
+};
+
+/// Reads and checks in the file's own numbers, so that places are told in them, then scales to millimetres and to --size.
+ReadMesh read(const std::filesystem::path& path, const Options& options, CheckOptions check, const Progress& progress);
+
+/// @throws Error{input} for one that is not closed
+void refuse_unusable(const ReadMesh& mesh);
+
+/// @throws Error{input} for a mesh of several bodies, unless something is said to hold them together
+void refuse_loose_bodies(const Options& options, ReadMesh& mesh, const Progress& progress);
+
+/// A closed mesh beside the one that is worked on. @throws Error{input}
+Mesh read_closed(const std::filesystem::path& path, const Options& options, const Progress& progress);
+
+/// The bodies that are not printed. @throws Error{input} for one that is not closed
+std::vector<Part> read_fixed(const Options& options, const Progress& progress);
+
+/// Those of the command line, with what they name read. Keeps a reference to them.
+HollowOptions hollow_options(const Options& options, const Progress& progress);
+
+/// Of a mesh that is only looked at: nothing where it is not closed.
+struct LookedAt {
+  std::optional<MassProperties> mass;
+  double area_mm2 = 0;
+};
+LookedAt look_at(const Options& options, const ReadMesh& input, const Progress& progress);
+
+/// Keeps a reference to what was found.
+Inspection inspection_of(const Options& options, const ReadMesh& input, const LookedAt& found);
+
+}  // namespace rayrep::tool
