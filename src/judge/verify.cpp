@@ -157,6 +157,10 @@ FloatState state_of(const Judged& judged, const FloatSpec& spec, const Judging& 
   state.water = hydrostatics(prepared, {up, lowest_along(body, up) + *spec.waterline_mm});
   compare_centres(prepared, spec, state);
   if (judging.depth == Judging::afloat) return state;
+  if (judging.limits.release_directions == 0) {
+    state.settled_tilt_rad = std::numeric_limits<double>::quiet_NaN();
+    return state;
+  }
   const Settled end = settled({prepared, state.body.mass_g, state.body.centre_of_mass_mm}, spec, judging.limits, progress);
   state.settles = end.how;
   state.settled_tilt_rad = end.tilt_rad;
@@ -288,7 +292,11 @@ std::string heavier_words(const HeavierFloat& heavier, const FloatVerdict& verdi
 void say(FloatVerdict& verdict, const Limits& limits) {
   const FloatState& state = verdict.state;
   std::string& text = verdict.meaning.emplace_back();
-  if (state.settles != FloatingRest::Outcome::rests)
+  const std::string upright = "It floats upright, " + number(*verdict.spec.waterline_mm, 2) + " mm deep";
+  if (limits.release_directions == 0)
+    text =
+        state.metacentric_height_mm > 0 ? upright + "." : "It does not stay upright: its metacentre lies below its centre of mass.";
+  else if (state.settles != FloatingRest::Outcome::rests)
     text = std::string("It ") + words_of(state.settles) + ".";
   else if (!rests_upright(state, limits))
     text = "It does not stay upright: it comes to rest " + degrees(state.settled_tilt_rad) + " off upright.";
@@ -296,8 +304,7 @@ void say(FloatVerdict& verdict, const Limits& limits) {
     text = "It floats upright, but not at this waterline: there it would have to weigh " + number(state.displaced_mass_g, 2) +
            " g, and it weighs " + number(state.body.mass_g, 2) + " g.";
   else
-    text = "It floats upright, " + number(*verdict.spec.waterline_mm, 2) + " mm deep, and rights itself " +
-           righting_words(*state.righting);
+    text = upright + ", and rights itself " + righting_words(*state.righting);
   if (state.flooding_heel_rad)
     text += " Water comes in over its rim when it is tilted by " + degrees(*state.flooding_heel_rad) + ".";
 }
@@ -406,8 +413,9 @@ void conclude(FloatVerdict& verdict, double diagonal_mm, const Limits& limits) {
   criteria.push_back(
       at_least("metacentric_height", "metacentre above centre of mass, mm", state.metacentric_height_mm, 1e-5 * diagonal_mm));
   const bool rests = state.settles == FloatingRest::Outcome::rests;
-  criteria.push_back(at_most("settled_tilt", "largest tilt at rest after tilted releases, rad",
-                             rests ? state.settled_tilt_rad : std::numeric_limits<double>::quiet_NaN(), limits.settled_tilt_rad));
+  if (is_submerged(verdict.spec) || limits.release_directions > 0)
+    criteria.push_back(at_most("settled_tilt", "largest tilt at rest after tilted releases, rad",
+                               rests ? state.settled_tilt_rad : std::numeric_limits<double>::quiet_NaN(), limits.settled_tilt_rad));
   judge_reserve(verdict, limits);
   describe(verdict);
 }

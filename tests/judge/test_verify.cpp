@@ -612,6 +612,30 @@ TEST(VerifyFloat, LetGoBeyondItsRangeOfStabilityFailsSettledTilt) {
   EXPECT_EQ(failed(verify(boat.mesh(), &outer, boat.goal, limits)), Names());
 }
 
+TEST(VerifyFloat, OfABodyThatIsNotLetGoNothingIsToldOfHeeling) {
+  Boat boat;
+  const Mesh outer = Boat::outer();
+  Limits limits;
+  limits.release_directions = 0;
+  const FloatVerdict quick = verify(boat.mesh(), &outer, boat.goal, limits);
+  const FloatVerdict whole = verify(boat.mesh(), &outer, boat.goal);
+  std::vector<Criterion> kept = whole.criteria;
+  std::erase_if(kept, [](const Criterion& c) { return c.name == "settled_tilt" || c.name == "reserve"; });
+  ASSERT_EQ(quick.criteria.size(), kept.size());
+  for (std::size_t n = 0; n < kept.size(); ++n) {
+    EXPECT_EQ(quick.criteria[n].name, kept[n].name);
+    EXPECT_EQ(quick.criteria[n].value, kept[n].value);
+  }
+  EXPECT_EQ(quick.state.metacentric_height_mm, whole.state.metacentric_height_mm);
+  EXPECT_FALSE(quick.state.righting);
+  EXPECT_TRUE(quick.state.heavier.empty());
+  EXPECT_TRUE(whole.meaning[0].starts_with(quick.meaning[0].substr(0, quick.meaning[0].size() - 1)));
+  boat.shift = {0, 0, -6};
+  const Mesh narrow = transformed(boat.mesh(), Eigen::Affine3d(Eigen::Scaling(1., 0.7, 1.)));
+  const FloatVerdict heavy = verify(narrow, nullptr, boat.goal, limits);
+  EXPECT_EQ(heavy.meaning[0], "It does not stay upright: its metacentre lies below its centre of mass.");
+}
+
 TEST(VerifyFloat, TellsTheRightingArms) {
   const Boat boat;
   const FloatVerdict verdict = verify(boat.mesh(), nullptr, boat.goal);

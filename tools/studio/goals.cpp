@@ -119,9 +119,11 @@ std::string command_line(const Wanted& wanted, const std::string& mesh) {
 }
 
 Json config_of(const Wanted& wanted, const std::string& mesh) {
-  std::map<std::string, std::vector<std::string>> said{{"mesh", {mesh}}};
+  std::map<std::string, std::vector<std::string>> said;
   for (const auto& [name, text] : wanted.settings) said[name].push_back(text);
-  return Json::parse(spec_file_text(said, "config.json"));
+  Json config = {{"mesh", mesh}};  // beside it, wherever that will be
+  config.update(Json::parse(spec_file_text(said, "config.json")));
+  return config;
 }
 
 namespace {
