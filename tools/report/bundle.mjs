@@ -28,7 +28,7 @@ if (licence.includes('*/')) throw new Error('the licence of three.js ends a comm
 const version = JSON.parse(readFileSync('node_modules/three/package.json', 'utf8')).version;
 const script = `/*!\nThe view is drawn with three.js ${version}, bundled and minified; its licence:\n\n${licence}\n*/\n${
     await bundled('main.js')}`;
-const style = await bundled('page.css');
+const style = await bundled('style.css');
 for (const text of [script, style])
   if (/<\/(script|style)|<!--/i.test(text)) throw new Error('the bundle holds what ends or opens a block of the page');
 const hash = text => `'sha256-${createHash('sha256').update(text).digest('base64')}'`;

@@ -7,11 +7,11 @@ export function readBlocks(document) {
   const text = id => document.getElementById(id).textContent;
   const data = JSON.parse(text('rayrep-data'));
   const meshes = new Map();
-  for (const {id} of data.view.meshes) meshes.set(id, unpack(fromBase64(text(id)), data.view));
+  for (const {id} of data.view.meshes) meshes.set(id, unpack(bytesOf(text(id)), data.view));
   return {data, meshes};
 }
 
-function fromBase64(text) {
+export function bytesOf(text) {
   const characters = atob(text);
   const bytes = new Uint8Array(characters.length);
   for (let n = 0; n < bytes.length; ++n) bytes[n] = characters.charCodeAt(n);

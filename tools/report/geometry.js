@@ -110,3 +110,32 @@ export function loopsOf(stretches) {
 export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 export const plus = (a, b, factor = 1) => [a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]];
 export const length = a => Math.hypot(a[0], a[1], a[2]);
+
+/**
+ * Where a line first meets a mesh, in front of where it begins, or null. @param faces  says of a triangle's normal whether it
+ * counts
+ */
+export function firstHit({positions, triangles}, from, along, faces = () => true) {
+  const [x, y, z] = along;
+  const corner = (n, k) => positions[3 * triangles[n] + k];
+  let nearest = Infinity;
+  for (let n = 0; n < triangles.length; n += 3) {
+    const ax = corner(n, 0), ay = corner(n, 1), az = corner(n, 2);
+    const ex = corner(n + 1, 0) - ax, ey = corner(n + 1, 1) - ay, ez = corner(n + 1, 2) - az;
+    const fx = corner(n + 2, 0) - ax, fy = corner(n + 2, 1) - ay, fz = corner(n + 2, 2) - az;
+    const px = y * fz - z * fy, py = z * fx - x * fz, pz = x * fy - y * fx;
+    const size = ex * px + ey * py + ez * pz;
+    if (size === 0) continue;
+    const sx = from[0] - ax, sy = from[1] - ay, sz = from[2] - az;
+    const u = (sx * px + sy * py + sz * pz) / size;
+    if (u < 0 || u > 1) continue;
+    const qx = sy * ez - sz * ey, qy = sz * ex - sx * ez, qz = sx * ey - sy * ex;
+    const v = (x * qx + y * qy + z * qz) / size;
+    if (v < 0 || u + v > 1) continue;
+    const distance = (fx * qx + fy * qy + fz * qz) / size;
+    if (distance > 0 && distance < nearest && faces(cross([ex, ey, ez], [fx, fy, fz]))) nearest = distance;
+  }
+  return nearest < Infinity ? plus(from, along, nearest) : null;
+}
+
+export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];

@@ -40,6 +40,17 @@ export class Orbit {
     this.target = this.home.target.slice();
   }
 
+  /** From where another frame had it: a pose and its distance. */
+  lookAlong({towards, distance, target}) {
+    const {right, front, up} = this.frame;
+    cancelAnimationFrame(this.turning);
+    this.azimuth = Math.atan2(dot(towards, front), dot(towards, right));
+    this.elevation = Math.max(-kSteepest, Math.min(kSteepest, Math.asin(Math.max(-1, Math.min(1, dot(towards, up))))));
+    this.distance = distance;
+    this.target = target;
+    this.changed();
+  }
+
   /** Turns there, in a short while where motion is welcome. */
   turnTo(azimuth, elevation) {
     cancelAnimationFrame(this.turning);

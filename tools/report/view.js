@@ -8,7 +8,8 @@ import {
 } from 'three';
 // clang-format on
 
-import {crossing, dot, length, plus, shaded} from './geometry.js';
+
+import {cross, crossing, dot, length, plus, shaded} from './geometry.js';
 import {distanceFor, Orbit} from './orbit.js';
 import {kCap, kDisc, kSurface} from './shaders.js';
 
@@ -44,33 +45,49 @@ export class View {
     this.orbit = new Orbit(canvas, () => this.change());
     canvas.addEventListener('webglcontextrestored', () => this.change());
     this.bodies = [];
+    this.stale = [];  // scenes that were drawn, and are to be given back when others were
     this.glass = 0.16;
     this.hidden = new Set();
     this.cutBy = null;
     this.size = [0, 0];
   }
 
-  /** @param bodies  {what, closed, mesh}: of each what it is, and its triangles */
+  /** @param bodies  {what, closed, mesh}: of each what it is, and its triangles; what was shown before is not made anew */
   show(bodies) {
-    for (const body of this.bodies) body.geometry.dispose();
-    this.bodies = bodies.map(({what, closed, mesh}) => {
-      const {positions, normals} = shaded(mesh);
-      const geometry = new BufferGeometry();
-      geometry.setAttribute('position', new BufferAttribute(positions, 3));
-      geometry.setAttribute('normal', new BufferAttribute(normals, 3));
-      return {what, closed, mesh, geometry};
-    });
-    const {positions} = bodies[0].mesh;
-    this.points = someOf(positions);
-    this.radius = Math.max(1e-9, boxDiagonal(positions) / 2);
-    this.scenes = null;
-    this.change();
+    const before = this.bodies;
+    this.bodies = bodies.map(
+        ({what, closed, mesh}) =>
+            ({what, closed, mesh, geometry: before.find(body => body.mesh === mesh)?.geometry ?? geometryOf(mesh)}));
+    for (const {geometry} of before)
+      if (!this.bodies.some(body => body.geometry === geometry)) geometry.dispose();
+    if (before[0]?.mesh !== bodies[0].mesh) {
+      const {positions} = bodies[0].mesh;
+      this.points = someOf(positions);
+      this.radius = Math.max(1e-9, boxDiagonal(positions) / 2);
+    }
+    this.renew();
   }
 
-  /** @param attitude  of the page's data, and `waterline` and `ground`, of the planes up . p, or null */
-  place(attitude) {
+  /** Scenes are built with the next drawing. */
+  renew() {
+    if (this.scenes) this.stale.push(this.scenes);
+    this.scenes = null;
+    this.cut(this.cutBy);
+  }
+
+  /**
+   * @param attitude  of the page's data, and `waterline` and `ground`, of the planes up . p, or null
+   * @param camera    'home': as it is first; 'keep': from where it was, with up upright; 'hold': exactly as it was
+   */
+  place(attitude, camera = 'home') {
     this.attitude = attitude;
-    const [right, front, up] = attitude.to_ground;
+    if (camera !== 'hold' || !this.home) this.lookFrom(camera);
+    this.renew();
+  }
+
+  lookFrom(camera) {
+    const before = this.home && {...this.orbit.pose(), distance: this.orbit.distance};
+    const [right, front, up] = this.attitude.to_ground;
     const spread = axis => {
       const along = this.points.map(p => dot(p, axis));
       return [Math.min(...along), Math.max(...along)];
@@ -83,9 +100,8 @@ export class View {
     this.orbit.fresh = true;
     this.orbit.reset({right, front, up}, this.home);
     this.fit();
+    if (before && camera === 'keep') this.orbit.lookAlong(before);
     this.orbit.fresh = false;
-    this.scenes = null;
-    this.change();
   }
 
   /** Brings the camera so near that all is seen. */
@@ -115,6 +131,7 @@ export class View {
   /** @param cut  {normal, offset}: what lies beyond is taken away; null: nothing is */
   cut(cut) {
     this.cutBy = cut;
+    for (const {scene} of this.outlines ?? []) giveBackAll(scene.children);
     this.outlines = null;
     this.change();
   }
@@ -122,8 +139,7 @@ export class View {
   /** @param colors  by name, as CSS has them */
   paint(colors) {
     this.colors = colors;
-    this.scenes = null;
-    this.change();
+    this.renew();
   }
 
   hide(what, hidden) {
@@ -326,12 +342,22 @@ export class View {
       if (this.cutBy) render(scenes.instead);
       render(scenes.waterline);
     }
+    for (const old of this.stale.splice(0)) giveBack(old, this.bodies);
     const [width, height] = this.size;
     const matrix = camera.projectionMatrix.clone().multiply(camera.matrixWorldInverse);
     this.drawn(p => {
       const v = new Vector4(...p, 1).applyMatrix4(matrix);
       return [(0.5 + 0.5 * v.x / v.w) * width, (0.5 - 0.5 * v.y / v.w) * height];
     });
+  }
+
+  /** Along which line a pixel is seen: {from, along}. */
+  ray([x, y]) {
+    const {position, towards, aside, above, field} = this.orbit.pose();
+    const [width, height] = this.size;
+    const scale = 2 * Math.tan(field / 2) / height;
+    const along = plus(plus(towards.map(n => -n), aside, (x - width / 2) * scale), above, (height / 2 - y) * scale);
+    return {from: position, along: along.map(n => n / length(along))};
   }
 
   aim() {
@@ -346,6 +372,30 @@ export class View {
     camera.lookAt(...target);
     camera.updateProjectionMatrix();
     camera.updateMatrixWorld();
+  }
+}
+
+function geometryOf(mesh) {
+  const {positions, normals} = shaded(mesh);
+  const geometry = new BufferGeometry();
+  geometry.setAttribute('position', new BufferAttribute(positions, 3));
+  geometry.setAttribute('normal', new BufferAttribute(normals, 3));
+  return geometry;
+}
+
+/** What only these scenes used. Their shaders stay where others of their kind are in use. */
+function giveBack(scenes, bodies) {
+  const kept = new Set(bodies.map(body => body.geometry));
+  const {inside, phases, ...others} = scenes;
+  const all =
+      [...inside.map(({scene}) => scene), ...phases.flatMap(({count, capScene}) => [count, capScene]), ...Object.values(others)];
+  giveBackAll(all.flatMap(scene => scene.children), kept);
+}
+
+function giveBackAll(meshes, kept = new Set()) {
+  for (const {material, geometry} of meshes) {
+    material.dispose();
+    if (!kept.has(geometry)) geometry.dispose();
   }
 }
 
@@ -389,7 +439,6 @@ function discOf({to_ground: [right, front, up]}, height, center, half) {
 
 function quad({normal, offset}, center, half) {
   const least = [0, 1, 2].reduce((k, n) => Math.abs(normal[n]) < Math.abs(normal[k]) ? n : k, 0);
-  const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
   const other = [0, 0, 0];
   other[least] = 1;
   const right = cross(normal, other);

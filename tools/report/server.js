@@ -1,0 +1,147 @@
+// What the page asks of `rayrep studio`: see README.md.
+
+import {bytesOf, unpack} from './data.js';
+
+/** What the server refused: `kind` and `message` of the command. */
+export class Refusal extends Error {
+  constructor({kind, message, setting}, status = 0) {
+    super(message);
+    this.kind = kind;
+    this.status = status;
+    this.setting = setting;
+  }
+}
+
+async function ask(path, options) {
+  let answer;
+  try {
+    answer = await fetch(path, {cache: 'no-store', ...options});
+  } catch {
+    throw new Refusal(
+        {kind: 'gone', message: 'rayrep studio does not answer: it was ended, or the connection was. Start it again.'});
+  }
+  if (answer.ok) return answer;
+  const told = await answer.json().catch(() => null);
+  throw new Refusal(
+      told?.error ?? {kind: 'server', message: `rayrep studio answered with ${answer.status} to ${path}.`}, answer.status);
+}
+
+const posted = async (path, what) => (await ask(path, {method: 'POST', body: JSON.stringify(what)})).json();
+
+/** Meshes by id, of the blocks of an answer. */
+const meshesIn = ({view, blocks}) => new Map(view.meshes.map(({id}) => [id, unpack(bytesOf(blocks[id]), view)]));
+
+let meshes = 0;
+
+/** A mesh that was loaded, to be worked on. @param file  what it was loaded from; null: by the server itself */
+export function meshOf(answer, file) {
+  return {...answer, number: ++meshes, file, meshes: meshesIn(answer)};
+}
+
+export async function sendMesh(file, name) {
+  const answer = await ask(`mesh?name=${encodeURIComponent(name)}`, {method: 'POST', body: file});
+  return answer.json();
+}
+
+/** The file that the server began with. */
+export const firstFile = async () => (await ask('mesh')).blob();
+
+/** Asks for previews: one at a time, then for the last that was wanted meanwhile. */
+export class Previews {
+  /** @param told  called with what was asked, and with the answer or a Refusal */
+  constructor(told) {
+    this.told = told;
+    this.sequence = 0;
+    this.busy = false;
+    this.next = null;
+  }
+
+  want(state) {
+    this.next = state;
+    if (!this.busy) this.work();
+  }
+
+  forget() {
+    this.next = null;
+  }
+
+  async work() {
+    this.busy = true;
+    while (this.next) {
+      const state = this.next;
+      this.next = null;
+      const sequence = ++this.sequence;
+      try {
+        this.told(state, await posted('preview', {goal: state.goal, settings: state.settings, sequence}));
+      } catch (error) {
+        if (!(error instanceof Refusal)) throw error;
+        // What another page has asked for does not answer this one.
+        if (error.kind === 'superseded')
+          this.next ??= state;
+        else
+          this.told(state, error);
+      }
+    }
+    this.busy = false;
+  }
+}
+
+const pause = milliseconds => new Promise(done => setTimeout(done, milliseconds));
+
+/** A full run, from its begin to its answer. */
+export class Run {
+  /**
+   * @param after     what has to end before
+   * @param progress  called with {stage, share, left_s}
+   */
+  constructor(state, after, progress) {
+    this.state = state;
+    this.after = after;
+    this.progress = progress;
+    this.cancelled = false;
+  }
+
+  /** @returns {data, meshes, files, command, config}, or null when it was cancelled */
+  async result() {
+    this.beginning = this.begun().catch(error => error);
+    const begun = await this.beginning;
+    if (begun !== true) {
+      if (begun) throw begun;
+      return null;
+    }
+    for (;;) {
+      const told = await (await ask('run')).json();
+      if (this.cancelled || told.run !== this.number) return null;
+      if (told.state === 'failed') throw new Refusal(told.error ?? {kind: 'solver', message: 'It failed.'});
+      if (told.state === 'cancelled' || told.state === 'none') return null;
+      if (told.state === 'done') break;
+      this.progress(told);
+      await pause(200);
+    }
+    if (this.cancelled) return null;
+    const answer = await (await ask('result')).json();
+    return {...answer, files: answer.files ?? [], meshes: meshesIn({view: answer.data.view, blocks: answer.blocks})};
+  }
+
+  /** One before it may still be ending. */
+  async begun() {
+    await this.after;
+    for (let waits = 0; !this.cancelled; ++waits) {
+      try {
+        this.number = (await posted('run', {goal: this.state.goal, settings: this.state.settings})).run;
+        return true;
+      } catch (error) {
+        if (error.status !== 409 || waits > 100) throw error;
+        await pause(100);
+      }
+    }
+    return false;
+  }
+
+  /** Ends when it has ended. */
+  async cancel() {
+    this.cancelled = true;
+    await this.beginning;
+    if (this.number) await ask('cancel', {method: 'POST'}).catch(() => {});
+  }
+}

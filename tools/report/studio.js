@@ -1,0 +1,596 @@
+// The studio: a mesh, what it shall do, and handles; the answer follows the hand. `rayrep studio` is behind it.
+
+import {meshOfColumns, readColumns} from './columns.js';
+import {frameOf, Handles, kCentre, kContact, kCut, kTarget, kWaterline, turnedTo, upHandle} from './handles.js';
+import {commandOf, configOf, History, keyOf, readConfig} from './history.js';
+import {html, panelsOf, verdictOf} from './panels.js';
+import {Charts, footer} from './report.js';
+import {firstFile, meshOf, Previews, Refusal, Run, sendMesh} from './server.js';
+import {Goals, sameRow, Settings} from './settings.js';
+import {Stage} from './stage.js';
+import {plainWords, short, units} from './words.js';
+
+/** Settings that are places in a mesh: of another mesh they mean nothing. */
+const kPlaces = ['waterline', 'point', 'center', 'target', 'com', 'inertia'];
+const kMostFigures = 14;
+
+/**
+ * @param root   where it goes
+ * @param begin  the block `rayrep-studio`: see README.md
+ */
+export function mountStudio(root, begin) {
+  return new Studio(root, begin);
+}
+
+function button(words, act, attributes = {}) {
+  const element = html('button', {type: 'button', class: 'plain', ...attributes}, words);
+  element.addEventListener('click', act);
+  return element;
+}
+
+/** Gives the reader a file that the page has made. */
+function save(text, name) {
+  const link = html('a', {href: URL.createObjectURL(new Blob([text], {type: 'application/json'})), download: name});
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+const point = text => {
+  const numbers = (text ?? '').split(',').map(Number);
+  return numbers.length === 3 && numbers.every(Number.isFinite) ? numbers : null;
+};
+
+class Studio {
+  constructor(root, begin) {
+    this.begin = begin;
+    this.mesh = begin.mesh && meshOf(begin.mesh, null);
+    this.history = new History({mesh: this.mesh, goal: null, settings: {}});
+    this.draft = this.history.now;  // what is chosen, while the hand still moves as well
+    this.stage = new Stage();
+    this.handles = new Handles(this.stage, (changes, held) => {
+      this.held = held;
+      this.edit(changes, Boolean(held));
+    });
+    this.settings = new Settings((changes, more) => this.edit(changes, more));
+    this.goals = new Goals(begin.goals, goal => this.chooseGoal(goal));
+    this.previews = new Previews((state, answer) => this.previewed(state, answer));
+    this.previewCount = 0;
+    this.build(root);
+    this.listen();
+    if (this.mesh) this.showMesh('home');
+    this.update();
+  }
+
+  rows(goal = this.draft.goal) {
+    return this.begin.goals.find(({name}) => name === goal)?.settings ?? [];
+  }
+
+  // ------------------------------------------------------------------------------------------------------------------ building
+
+  build(root) {
+    this.file = html('input', {
+      type: 'file',
+      id: 'file',
+      accept: '.stl,.obj,.ply,.off,.3mf,.json',
+      class: 'unseen',
+      tabindex: '-1',
+      'aria-label': 'A mesh, or settings that were saved'
+    });
+    this.file.addEventListener('change', () => this.open(this.file.files[0]));
+    this.undoButton = button('Undo', () => this.go(-1), {title: 'Ctrl+Z'});
+    this.redoButton = button('Redo', () => this.go(1), {title: 'Ctrl+Shift+Z'});
+    this.shareButton = button('Copy command', () => this.share(), {title: 'The command line that does the same'});
+    this.saveButton = button('Save settings', () => this.saveConfig(), {title: 'A file for --config, or to drop here again'});
+    this.title = html('h1', {});
+    this.facts = html('p', {class: 'facts'});
+    this.top = html(
+        'header', {class: 'top'}, html('div', {class: 'what'}, html('p', {class: 'over'}, 'rayrep studio'), this.title, this.facts),
+        html(
+            'div', {class: 'buttons'}, button('Open\u2026', () => this.file.click()), this.undoButton, this.redoButton,
+            this.shareButton, this.saveButton),
+        this.file);
+    this.empty = html(
+        'div', {class: 'empty'}, html('p', {class: 'big'}, 'Drop a mesh here'),
+        html('p', {}, 'STL, OBJ, PLY, OFF or 3MF. It stays on this computer.'),
+        button('Choose a file\u2026', () => this.file.click(), {class: 'main'}));
+    this.badge = html('p', {class: 'badge'});
+    this.stage.stage.append(this.badge);
+    this.live = html('p', {class: 'unseen', role: 'status'});
+    this.result = html('section', {class: 'result', 'aria-label': 'Last full run'});
+    this.choosing = html('section', {class: 'choosing', 'aria-label': 'Settings'}, this.settings.element);
+    this.ask = html('section', {class: 'ask', 'aria-label': 'Goal'}, this.goals.element);
+    this.buildStatus();
+    root.classList.add('studio');
+    this.main = html(
+        'main', {}, html('div', {class: 'left'}, this.ask, this.choosing),
+        html('div', {class: 'middle'}, this.empty, this.stage.element), html('div', {class: 'right'}, this.status, this.result));
+    root.replaceChildren(this.top, this.main, this.live, footer(this.begin.version));
+  }
+
+  buildStatus() {
+    this.auto = html('input', {type: 'checkbox', checked: true});
+    this.runButton = button('Make it', () => this.run(), {class: 'main'});
+    this.cancelButton = button('Cancel', () => this.cancel());
+    this.bar = html('progress', {max: 1, 'aria-label': 'Progress'});
+    this.progressWords = html('p', {class: 'progress-words'});
+    this.progress = html('div', {class: 'progress'}, this.bar, this.progressWords, this.cancelButton);
+    this.runBar = html('div', {class: 'run'}, this.runButton, html('label', {}, this.auto, 'make it whenever I let go'));
+    const names = ['busy', 'refusal', 'hint', 'answer', 'solving', 'downloads', 'note'];
+    this.slots = Object.fromEntries(names.map(name => [name, html('div', {class: `slot ${name}`})]));
+    this.shared = html('div', {class: 'shared'});
+    this.status = html(
+        'section', {class: 'status', 'aria-label': 'Answer'}, Object.values(this.slots), this.progress, this.runBar, this.shared);
+  }
+
+  listen() {
+    const stop = event => event.preventDefault();
+    const over = on => document.body.classList.toggle('dragged-over', on);
+    addEventListener('dragover', event => {
+      stop(event);
+      over(true);
+    });
+    addEventListener('dragleave', event => event.relatedTarget || over(false));
+    addEventListener('drop', event => {
+      stop(event);
+      over(false);
+      this.open(event.dataTransfer.files[0]);
+    });
+    addEventListener('keydown', event => this.key(event));
+  }
+
+  key(event) {
+    if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
+    const key = event.key.toLowerCase();
+    if (key !== 'z' && key !== 'y') return;
+    if (this.settings.isTyping()) return;  // that is taken back as browsers do
+    event.preventDefault();
+    this.go(key === 'y' || event.shiftKey ? 1 : -1);
+  }
+
+  // ------------------------------------------------------------------------------------------------------------------- choosing
+
+  /** @param more  the hand still moves: there is more to come */
+  edit(changes, more) {
+    const settings = {...this.draft.settings};
+    for (const [name, text] of Object.entries(changes)) {
+      if (text === undefined)
+        delete settings[name];
+      else
+        settings[name] = text;
+      // Two ways to say one thing.
+      const also = this.rows().find(row => row.name === name)?.also;
+      if (also && text !== undefined) delete settings[also];
+    }
+    this.become({...this.draft, settings}, more);
+  }
+
+  become(state, more) {
+    const other = keyOf(state) !== keyOf(this.draft);
+    this.draft = state;
+    if (other) this.changed();
+    if (!more && this.history.step(state)) this.settled();
+    this.update();
+  }
+
+  /** Something else is asked for than before. */
+  changed() {
+    this.refusal = null;
+    this.cancel(true);
+    if (this.draft.mesh && this.draft.goal && !this.isCurrent(this.last)) this.previews.want(this.draft);
+  }
+
+  /** The hand has let go. */
+  settled() {
+    if (this.auto.checked && this.draft.mesh && this.draft.goal && !this.isCurrent(this.last)) this.run();
+  }
+
+  chooseGoal(goal) {
+    const before = this.rows(), rows = this.rows(goal);
+    const kept = Object.entries(this.draft.settings).filter(([name]) => {
+      const row = rows.find(row => row.name === name), old = before.find(row => row.name === name);
+      return row && old && sameRow(row, old);
+    });
+    this.become({...this.draft, goal, settings: Object.fromEntries(kept)}, false);
+  }
+
+  async go(by) {
+    const before = this.history.now;
+    if (this.loading || !this.history.go(by)) return;
+    const {now} = this.history;
+    if (now.mesh !== before.mesh && !await this.sendAgain(now.mesh)) {
+      this.history.go(-by);
+      return this.update();
+    }
+    this.draft = now;
+    if (now.mesh !== before.mesh) this.showMesh('home');
+    this.changed();
+    this.settled();
+    this.say(by < 0 ? 'Undone.' : 'Redone.');
+    this.update();
+  }
+
+  /** The server knows one mesh at a time. */
+  async sendAgain(mesh) {
+    if (!mesh) return true;
+    if (!mesh.file)
+      return this.refused(new Refusal({kind: 'input', message: `${mesh.name} is not at hand any more. Open it again.`}));
+    try {
+      this.loading = mesh.name;
+      this.update();
+      await sendMesh(mesh.file, mesh.name);
+      this.last = null;  // the server has it no more
+      return true;
+    } catch (error) {
+      return this.refused(error);
+    } finally {
+      this.loading = null;
+    }
+  }
+
+  refused(error) {
+    if (!(error instanceof Refusal)) throw error;
+    this.refusal = error;
+    this.say(error.message);
+    this.update();
+    return false;
+  }
+
+  // ---------------------------------------------------------------------------------------------------------------------- files
+
+  async open(file) {
+    this.file.value = '';
+    if (!file || this.loading) return;
+    if (/\.json$/i.test(file.name)) return this.openConfig(file);
+    this.loading = file.name;
+    this.refusal = null;
+    this.update();
+    try {
+      this.cancel(true);
+      this.previews.forget();
+      const {mesh: before} = this.history.now;
+      if (before && !before.file) before.file = await firstFile().catch(() => null);
+      const mesh = meshOf(await sendMesh(file, file.name), file);
+      this.loading = this.last = null;
+      const settings = Object.fromEntries(Object.entries(this.draft.settings).filter(([name]) => !kPlaces.includes(name)));
+      this.draft = {...this.draft, mesh};
+      this.showMesh('home');
+      this.say(`${mesh.name} is open.`);
+      this.become({...this.draft, settings}, false);
+    } catch (error) {
+      this.loading = null;
+      this.refused(error);
+    }
+  }
+
+  async openConfig(file) {
+    try {
+      const {mesh, settings} = readConfig(await file.text(), file.name);
+      const names = Object.keys(settings);
+      const knows = goal => names.every(name => this.rows(goal).some(row => row.name === name));
+      const all = this.begin.goals.map(({name}) => name);
+      const named = all.find(name => file.name.replace(/\.json$/i, '').endsWith(`_${name}`));
+      const goal = [named, this.draft.goal, ...all].find(name => name && knows(name)) ?? this.draft.goal;
+      const strange = names.filter(name => !this.rows(goal).some(row => row.name === name));
+      this.note =
+          [
+            mesh && mesh !== this.draft.mesh?.name ? `These settings were made for ${mesh}.` : '',
+            strange.length ? `Left out, as the studio has no such setting: ${strange.join(', ')}.` : ''
+          ].filter(Boolean)
+              .join(' ');
+      this.become(
+          {...this.draft, goal, settings: Object.fromEntries(Object.entries(settings).filter(([name]) => !strange.includes(name)))},
+          false);
+    } catch (error) {
+      this.refused(new Refusal({kind: 'usage', message: error.message}));
+    }
+  }
+
+  saveConfig() {
+    const {mesh, goal} = this.draft;
+    save(`${JSON.stringify(configOf(this.draft), null, 2)}\n`, `${mesh.name.replace(/\.\w+$/, '')}_${goal}.json`);
+  }
+
+  async share() {
+    const command = commandOf(this.draft);
+    const field = html('input', {type: 'text', readonly: true, value: command, 'aria-label': 'Command line'});
+    const copied = await navigator.clipboard?.writeText(command).then(() => true, () => false);
+    this.shared.replaceChildren(html('p', {}, copied ? 'Copied:' : 'To copy:'), field);
+    if (!copied) field.select();
+    this.say(copied ? 'The command line was copied.' : 'The command line is there to be copied.');
+  }
+
+  // -------------------------------------------------------------------------------------------------------------------- answers
+
+  isCurrent(answer) {
+    return Boolean(answer) && answer.key === keyOf(this.draft);
+  }
+
+  previewed(state, answer) {
+    if (state.mesh !== this.draft.mesh || state.goal !== this.draft.goal) return;
+    if (answer instanceof Refusal) {
+      if (keyOf(state) === keyOf(this.draft)) this.refused(answer);
+      return;
+    }
+    ++this.previewCount;
+    this.preview = {...answer, key: keyOf(state), mesh: state.mesh, goal: state.goal, data: this.dataOf(answer)};
+    if (!this.isCurrent(this.last)) this.showPreview();
+    this.update();
+  }
+
+  /** As the view takes it. */
+  dataOf({figures, attitude, criteria}) {
+    const {view} = this.draft.mesh;
+    const after = Object.fromEntries(figures.map(([, , value, name]) => [name, value]));
+    return {
+      report: {after, before: null, solver: null},
+      told: {criteria: criteria ?? []},
+      view: {
+        ...view,
+        attitudes: [{prefix: '', words: '', ...attitude}],
+        note: 'A quick, coarse answer. The inside is drawn as it is solved, before it becomes a surface.',
+        meshes: [view.meshes[0], {id: 'columns', what: 'cavity', words: '', triangles: 0, shown: 0, closed: true}]
+      }
+    };
+  }
+
+  showPreview() {
+    const {preview, stage} = this;
+    preview.surface ??= meshOfColumns(readColumns(preview.columns), preview.columns);
+    const meshes = new Map(this.draft.mesh.meshes).set('columns', preview.surface);
+    const moving = this.draft !== this.history.now;
+    const {attitude} = stage;
+    if (!this.held) stage.points = {center: preview.attitude.point_mm ?? null, target: point(preview.spec.target)};
+    stage.show(preview.data, meshes, moving ? 'hold' : 'keep');
+    // What the hand holds stays in the hand.
+    if (this.held && !this.isCurrent(preview))
+      stage.place({...stage.attitude, ...Object.fromEntries(this.held.map(name => [name, attitude[name]]))}, 'hold');
+  }
+
+  showMesh(camera) {
+    const {mesh} = this.draft;
+    document.title = `${mesh ? `${mesh.name}: ` : ''}rayrep studio`;
+    this.preview = null;
+    if (!mesh) return;
+    const {view} = mesh;
+    const plain = {
+      kind: '',
+      words: '',
+      prefix: '',
+      up: [0, 0, 1],
+      to_ground: frameOf([0, 0, 1]),
+      lowest_mm: view.low_mm[2],
+      highest_mm: view.low_mm[2] + view.size_mm[2]
+    };
+    this.stage.points = {};
+    this.stage.show(
+        {report: {after: {}}, told: {}, view: {...view, attitudes: view.attitudes?.length ? view.attitudes : [plain]}}, mesh.meshes,
+        camera);
+  }
+
+  async run() {
+    const state = this.draft;
+    if (!state.mesh || !state.goal || this.running) return;
+    const run = new Run(state, this.ending, told => {
+      run.told = told;
+      this.update();
+    });
+    this.running = run;
+    this.refusal = null;
+    this.update();
+    try {
+      const result = await run.result();
+      if (result && this.running === run) this.finished(state, result);
+    } catch (error) {
+      if (this.running === run) {
+        this.running = null;
+        this.refused(error);
+      }
+    } finally {
+      if (this.running === run) this.running = null;
+      this.update();
+    }
+  }
+
+  finished(state, result) {
+    this.running = null;
+    this.last = {...result, key: keyOf(state)};
+    const {data} = result;
+    if (!this.isCurrent(this.last)) return;
+    this.showLast();
+    this.say(data.report.pass ? 'Verified.' : 'Not verified.');
+  }
+
+  showLast() {
+    const {last} = this;
+    const {charts, panels} = panelsOf(last.data);
+    this.oldWords = html('p', {class: 'old-words', hidden: true});
+    this.result.replaceChildren(this.oldWords, html('div', {class: 'panels'}, panels));
+    new Charts(charts).follow(this.stage, last.data);
+    this.stage.show(last.data, last.meshes, 'keep');
+    this.shown = last;
+  }
+
+  cancel(silent) {
+    const run = this.running;
+    if (!run) return;
+    this.running = null;
+    this.ending = run.cancel();
+    if (!silent) this.say('Cancelled.');
+    this.update();
+  }
+
+  // -------------------------------------------------------------------------------------------------------------------- showing
+
+  say(words) {
+    this.live.textContent = words;
+  }
+
+  /** Brings all that is shown to what is so, with the next drawing. */
+  update() {
+    this.waiting ??= requestAnimationFrame(() => {
+      this.waiting = null;
+      this.refresh();
+    });
+  }
+
+  refresh() {
+    const {mesh, goal, settings} = this.draft;
+    const name = mesh?.name ?? 'Hollow a mesh';
+    this.title.replaceChildren(html('bdi', {}, name));
+    this.facts.textContent = mesh ? factsOf(mesh) : 'so that its print floats, stands or spins';
+    const ready = Boolean(mesh && goal);
+    this.undoButton.disabled = !this.history.can(-1);
+    this.redoButton.disabled = !this.history.can(1);
+    this.shareButton.disabled = this.saveButton.disabled = !ready;
+    document.body.classList.toggle('loading', Boolean(this.loading));
+    this.empty.hidden = Boolean(mesh);
+    this.main.classList.toggle('begin', !mesh);
+    this.stage.element.hidden = !mesh;
+    this.ask.classList.toggle('first', Boolean(mesh) && !goal);
+    this.goals.show(goal);
+    this.choosing.hidden = !goal;
+    const rows = this.rows();
+    this.settings.build(rows, this.ownHeadings(goal));
+    const found = this.preview?.goal === goal ? this.preview.spec : {};
+    const {attitude} = this.stage;
+    this.settings.show(settings, found, attitude ? attitude.highest_mm - attitude.lowest_mm : 0);
+    this.handles.show(this.kindsOfHandles(rows));
+    this.updateView();
+    this.updateStatus();
+  }
+
+  /** Headings that no other goal has. */
+  ownHeadings(goal) {
+    const others =
+        new Set(this.begin.goals.filter(({name}) => name !== goal).flatMap(({settings}) => settings.map(row => row.group)));
+    return new Set(this.rows(goal).map(row => row.group).filter(group => !others.has(group)));
+  }
+
+  kindsOfHandles(rows) {
+    const has = name => rows.some(row => row.name === name);
+    const yoyo = 'yoyo' in this.draft.settings;
+    const spins = has('point');
+    return [
+      has('waterline') ? kWaterline : null,
+      has('up') && this.stage.view ? this.up ??= upHandle('Which way is up. Arrow keys tilt it.') : null,
+      spins && !yoyo ? kContact : null, spins && yoyo && has('center') ? kCentre : null, has('target') ? kTarget : null, kCut
+    ].filter(Boolean);
+  }
+
+  /** What the view shows is the last answer to what is chosen, or the last there was. */
+  updateView() {
+    if (this.isCurrent(this.last) && this.shown !== this.last) this.showLast();
+    if (!this.isCurrent(this.last)) this.shown = null;
+    const current = this.isCurrent(this.last), quick = this.isCurrent(this.preview);
+    const any = this.last || this.preview;
+    const words = !this.draft.goal || !any ? '' : current ? '' : quick ? 'Preview' : this.refusal ? 'Older settings' : 'Preview';
+    this.badge.textContent = words;
+    this.badge.hidden = !words;
+    this.stage.element.classList.toggle('old', Boolean(this.refusal) && !current && !quick);
+    this.result.hidden = !this.last || this.last.data.report.command !== this.draft.goal;
+    this.result.classList.toggle('old', !current);
+    if (!this.oldWords) return;
+    this.oldWords.hidden = current;
+    this.oldWords.replaceChildren(
+        'Below: the last full run, with other settings (', html('code', {}, this.last?.command ?? ''), ').');
+  }
+
+  updateStatus() {
+    const {mesh, goal} = this.draft;
+    const {running} = this;
+    const ready = Boolean(mesh && goal), current = this.isCurrent(this.last);
+    this.fill('busy', this.loading, () => html('p', {class: 'busy'}, 'Reading ', html('bdi', {}, this.loading), ' \u2026'));
+    this.fill('refusal', this.refusal, () => this.refusalCard());
+    if (!this.refusal) this.settings.complain(null);
+    this.fill('hint', !this.loading && mesh && !goal, () => html('p', {class: 'hint'}, 'Now choose what it shall do.'));
+    const answer = !ready ? null : current ? this.last : this.preview;
+    const old = Boolean(this.refusal) && !this.isCurrent(answer);
+    this.fill(
+        'answer', answer && `${answer.key} ${answer.sequence} ${old}`,
+        () => current ? verdictOf(answer.data) : this.previewCard(old));
+    this.fill('solving', ready && !answer && !this.refusal, () => html('p', {class: 'busy'}, 'Solving \u2026'));
+    this.fill('downloads', current && this.last, () => this.downloads());
+    this.fill('note', this.note, () => html('p', {class: 'note'}, this.note));
+    if (running) this.updateProgress(running.told ?? {});
+    this.progress.hidden = !running;
+    this.runBar.hidden = !ready;
+    this.runButton.hidden = Boolean(running) || current;
+  }
+
+  /** A part of the status, made anew where it is of something else: what has the focus keeps it. */
+  fill(name, of, make) {
+    const slot = this.slots[name];
+    if (slot.of === of) return;
+    slot.of = of;
+    slot.replaceChildren(...(of ? [make()] : []));
+  }
+
+  refusalCard() {
+    const {kind, message, setting} = this.refusal;
+    const named = setting ??
+        [...message.matchAll(/--([a-z0-9-]+)/g)].map(found => found[1]).find(name => this.rows().some(row => row.name === name));
+    this.settings.complain(kind === 'usage' ? named : null, message);
+    return html(
+        'div', {class: 'refusal', role: 'alert'}, message.split('\n').filter(Boolean).map(line => html('p', {}, units(line))));
+  }
+
+  previewCard(old) {
+    const {preview} = this;
+    const [first, ...more] = preview.told;
+    const failed = (preview.criteria ?? []).filter(criterion => !criterion.pass);
+    return html(
+        'div', {class: old ? 'preview old' : 'preview'},
+        html('p', {class: 'word'}, old ? 'ANSWER TO OLDER SETTINGS' : 'PREVIEW, NOT VERIFIED'),
+        first ? html('p', {class: 'lead'}, units(first)) : null, more.map(line => html('p', {class: 'more'}, units(line))),
+        failed.length ? html(
+                            'ul', {class: 'doubts'},
+                            failed.map(criterion => html('li', {}, plainWords(criterion, preview.data.view.attitudes)))) :
+                        null,
+        this.figures(preview.figures));
+  }
+
+  figures(figures) {
+    const shown =
+        figures.filter(([words, , value]) => words && (value === null || typeof value === 'number')).slice(0, kMostFigures);
+    const number = value => value === null ? '\u2013' :
+        Math.abs(value) >= 1e5             ? units(value.toExponential(3)) :
+                                             short(value, value && Math.abs(value) < 1 ? 3 : 2);
+    return html(
+        'table', {class: 'figures'},
+        html(
+            'tbody', {},
+            shown.map(
+                ([words, unit, value, name]) => html(
+                    'tr', {'data-name': name}, html('th', {scope: 'row'}, units(words)),
+                    html('td', {}, number(value), value === null || !unit ? '' : ` ${units(unit)}`)))));
+  }
+
+  updateProgress({stage, share, left_s}) {
+    if (Number.isFinite(share))
+      this.bar.value = share;
+    else
+      this.bar.removeAttribute('value');
+    this.progressWords.textContent = [
+      stage || 'Making it', Number.isFinite(share) ? `${Math.round(100 * share)}\u00a0%` : '',
+      Number.isFinite(left_s) && left_s >= 1 ? `about ${Math.ceil(left_s)}\u00a0s left` : ''
+    ].filter(Boolean).join(' \u00b7 ');
+  }
+
+  downloads() {
+    return html(
+        'div', {class: 'downloads'},
+        this.last.files.map(
+            ({name, words}, n) => html(
+                'a', {class: n ? 'plain' : 'main', href: `download/${encodeURIComponent(name)}`, download: name},
+                n ? words || name : `Download ${words || name}`)));
+  }
+}
+
+function factsOf({summary}) {
+  const {format, size_mm, triangles} = summary;
+  return [
+    format, size_mm && `${size_mm.map(size => +size.toPrecision(4)).join(' \u00d7 ')} mm`,
+    triangles && `${triangles.toLocaleString('en')} triangles`
+  ].filter(Boolean)
+      .join(' \u00b7 ');
+}
