@@ -40,6 +40,7 @@ class Browser:
         self.pending = b""
         self.number = 0
         self.events = []
+        self.local = ("file:", "data:", "blob:", "about:")
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
         self.session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Log", "Network"):
@@ -99,24 +100,44 @@ class Browser:
             {"name": "prefers-reduced-motion", "value": "reduce" if still else "no-preference"}])
 
     def open(self, path):
+        self.visit("file://" + os.path.abspath(path))
+
+    def visit(self, url):
         self.events.clear()
-        self.call("Page.navigate", url="file://" + os.path.abspath(path))
+        self.call("Page.navigate", url=url)
         until = time.monotonic() + 60
         while time.monotonic() < until:
-            if self.evaluate("document.readyState") == "complete" and self.evaluate("location.protocol") == "file:":
+            if self.evaluate("document.readyState") == "complete" and self.evaluate("location.protocol") != "about:":
                 break
             time.sleep(0.05)
         self.settle()
+
+    def mouse(self, kind, x, y):
+        """kind: mousePressed, mouseMoved or mouseReleased, with the left button."""
+        self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=int(kind != "mouseReleased"), clickCount=1)
+
+    def drop(self, path, x, y):
+        """A file, as from the desktop."""
+        data = {"items": [], "files": [os.path.abspath(path)], "dragOperationsMask": 1}
+        for kind in ("dragEnter", "dragOver", "drop"):
+            self.call("Input.dispatchDragEvent", type=kind, x=x, y=y, data=data)
+
+    def choose(self, selector, path):
+        """A file in an <input type=file>."""
+        root = self.call("DOM.getDocument")["root"]["nodeId"]
+        node = self.call("DOM.querySelector", nodeId=root, selector=selector)["nodeId"]
+        self.call("DOM.setFileInputFiles", nodeId=node, files=[os.path.abspath(path)])
 
     def settle(self):
         """Waits until what was asked for is drawn."""
         self.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 30))))")
 
-    def key(self, name, code=None):
-        numbers = {"Tab": 9, "ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40, "Home": 36, " ": 32}
+    def key(self, name, code=None, control=False, shift=False):
+        numbers = {"Tab": 9, "Enter": 13, "ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40, "Home": 36, " ": 32}
+        text = {"text": "\r"} if name == "Enter" else {}
         for kind in ("keyDown", "keyUp"):
-            self.call("Input.dispatchKeyEvent", type=kind, key=name, code=code or name,
-                      windowsVirtualKeyCode=numbers.get(name, 0))
+            self.call("Input.dispatchKeyEvent", type=kind, key=name, code=code or name, modifiers=2 * control + 8 * shift,
+                      windowsVirtualKeyCode=numbers.get(name, 0), **(text if kind == "keyDown" else {}))
 
     def picture(self, clip=None, whole=False):
         """PNG. clip: of x, y, width and height."""
@@ -130,7 +151,6 @@ class Browser:
     def complaints(self):
         """What went to the console, was thrown, or was asked of a network."""
         found = []
-        local = ("file:", "data:", "blob:", "about:")
         for event in self.events:
             method, of = event.get("method"), event.get("params", {})
             if method == "Runtime.exceptionThrown":
@@ -139,7 +159,7 @@ class Browser:
                 found.append(" ".join(str(a.get("value", a.get("description"))) for a in of["args"]))
             elif method == "Log.entryAdded" and of["entry"]["level"] in ("error", "warning"):
                 found.append(of["entry"]["text"])
-            elif method == "Network.requestWillBeSent" and not of["request"]["url"].startswith(local):
+            elif method == "Network.requestWillBeSent" and not of["request"]["url"].startswith(self.local):
                 found.append("asked for " + of["request"]["url"])
         return found
 

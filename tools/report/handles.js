@@ -99,6 +99,7 @@ class Handle {
     const [x, y] = project(place);
     this.at = [Math.max(22, Math.min(width - 22, x)), Math.max(22, Math.min(height - 22, y))];
     this.element.style.transform = `translate(${this.at[0].toFixed(1)}px, ${this.at[1].toFixed(1)}px)`;
+    this.element.classList.toggle('at-left', this.at[0] < 0.4 * width);
     const told = this.of.told(this.stage);
     this.element.dataset.told = told;
     this.element.setAttribute('aria-valuetext', told);
@@ -133,7 +134,7 @@ export class Handles {
 
 // ------------------------------------------------------------------------------------------------------------------ what there is
 
-const kUps = {
+export const kUps = {
   x: [1, 0, 0],
   y: [0, 1, 0],
   z: [0, 0, 1],
@@ -144,7 +145,7 @@ const kUps = {
 const decimals = (x, digits) => `${+ x.toFixed(digits)}`;
 /** So many digits that a step is a thousandth of the body, at least. */
 const digitsFor = ({radius}) => Math.max(0, Math.min(4, 3 - Math.floor(Math.log10(2 * radius))));
-const textOfPoint = (stage, p) => p.map(x => decimals(x, digitsFor(stage))).join(',');
+const textOfPoint = (stage, p) => p.map(x => decimals(x, 1 + digitsFor(stage))).join(',');
 const middle = ({data: {view: {low_mm, size_mm}}}) => plus(low_mm, size_mm, 0.5);
 
 /** Where on a line a pixel points: the line as seen is followed by steps of Newton. */

@@ -27,7 +27,10 @@ const kUnits = {
   S: 's'
 };
 
-const titled = name => name[0].toUpperCase() + name.slice(1).replace(/-/g, ' ');
+export const titled = name => name[0].toUpperCase() + name.slice(1).replace(/-/g, ' ');
+/** Words of the command line for the studio: its options are fields here. */
+export const inStudio = (text, rows) =>
+    text.replace(/--([a-z0-9-]+)/g, (option, name) => rows.some(row => row.name === name) ? titled(name) : option);
 /** Rows of other goals that mean the same are taken along to another goal. */
 export const sameRow = (a, b) => a.name === b.name && a.kind === b.kind && a.words === b.words;
 
@@ -47,8 +50,8 @@ function rangeOf(row, height) {
 /** One setting. */
 class Field {
   /** @param edit  called with what changes, and whether more is to come */
-  constructor(row, edit) {
-    this.row = row;
+  constructor(row, rows, edit) {
+    this.row = {...row, words: inStudio(row.words, rows), details: inStudio(row.details ?? '', rows)};
     this.edit = (text, more) => edit({[row.name]: text}, more);
     const id = `setting-${row.name}`;
     this.fault = html('p', {class: 'fault', id: `${id}-fault`, hidden: true});
@@ -66,7 +69,7 @@ class Field {
     const label = html('label', {for: id
     }, titled(row.name));
     this.element = html(
-        'div', {class: `field ${row.kind}`, 'data-name': row.name}, html('div', {class: 'name'}, label, this.reset), words,
+        'div', {class: `field of-${row.kind}`, 'data-name': row.name}, html('div', {class: 'name'}, label, this.reset), words,
         this.control, this.more(), this.fault);
     this.input.setAttribute('aria-describedby', `${id}-words ${id}-fault`);
   }
@@ -161,7 +164,7 @@ export class Settings {
   build(rows, own) {
     if (rows === this.rows) return;
     this.rows = rows;
-    this.fields = new Map(rows.map(row => [row.name, new Field(row, this.edit)]));
+    this.fields = new Map(rows.map(row => [row.name, new Field(row, rows, this.edit)]));
     const headings = [...new Set(rows.map(row => row.group))].sort((a, b) => own.has(b) - own.has(a));
     this.groups = headings.map((heading, n) => {
       const of = rare =>

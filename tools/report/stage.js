@@ -20,12 +20,13 @@ const kBodies = {
 const kAxes = ['x', 'y', 'z'];
 
 export class Stage {
-  constructor() {
+  /** @param fold  whether controls and legend can be folded away, and are where there is little room */
+  constructor({fold = false} = {}) {
     this.drawsInSpace = canDraw(document);
     this.choices = new Map();  // of the legend, as the reader has made them
     this.drawn = [];           // called with each drawing
     this.looksAt = () => {};   // called with the attitude that is shown
-    this.build();
+    this.build(fold);
   }
 
   /**
@@ -67,7 +68,7 @@ export class Stage {
 
   // ------------------------------------------------------------------------------------------------------------------ building
 
-  build() {
+  build(fold) {
     this.canvas = html('canvas', {
       tabindex: '0',
       role: 'application',
@@ -84,8 +85,11 @@ export class Stage {
         html(
             'p', {class: 'warning', role: 'status'}, 'This browser does not draw in 3D here (WebGL 2 is missing or switched off). ',
             'Below is a section of the body; all figures are there as well.');
-    this.element =
-        html('section', {class: 'look', 'aria-label': 'View'}, warning, this.stage, this.controls(), this.legend, this.fine);
+    const around = [this.controls(), this.legend, this.fine];
+    this.element = html(
+        'section', {class: 'look', 'aria-label': 'View'}, warning, this.stage,
+        fold ? html('details', {class: 'around', open: innerWidth >= 960}, html('summary', {}, 'Cut, look, legend'), around) :
+               around);
   }
 
   draw(project, width, height) {

@@ -1,13 +1,15 @@
 // The studio: a mesh, what it shall do, and handles; the answer follows the hand. `rayrep studio` is behind it.
 
 import {meshOfColumns, readColumns} from './columns.js';
-import {frameOf, Handles, kCentre, kContact, kCut, kTarget, kWaterline, turnedTo, upHandle} from './handles.js';
+import {length} from './geometry.js';
+import {frameOf, Handles, kCentre, kContact, kCut, kTarget, kUps, kWaterline, turnedTo, upHandle} from './handles.js';
 import {commandOf, configOf, History, keyOf, readConfig} from './history.js';
 import {html, panelsOf, verdictOf} from './panels.js';
 import {Charts, footer} from './report.js';
 import {firstFile, meshOf, Previews, Refusal, Run, sendMesh} from './server.js';
-import {Goals, sameRow, Settings} from './settings.js';
+import {Goals, inStudio, sameRow, Settings} from './settings.js';
 import {Stage} from './stage.js';
+
 import {plainWords, short, units} from './words.js';
 
 /** Settings that are places in a mesh: of another mesh they mean nothing. */
@@ -35,7 +37,7 @@ function save(text, name) {
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
-const point = text => {
+const pointOf = text => {
   const numbers = (text ?? '').split(',').map(Number);
   return numbers.length === 3 && numbers.every(Number.isFinite) ? numbers : null;
 };
@@ -46,7 +48,7 @@ class Studio {
     this.mesh = begin.mesh && meshOf(begin.mesh, null);
     this.history = new History({mesh: this.mesh, goal: null, settings: {}});
     this.draft = this.history.now;  // what is chosen, while the hand still moves as well
-    this.stage = new Stage();
+    this.stage = new Stage({fold: true});
     this.handles = new Handles(this.stage, (changes, held) => {
       this.held = held;
       this.edit(changes, Boolean(held));
@@ -57,7 +59,7 @@ class Studio {
     this.previewCount = 0;
     this.build(root);
     this.listen();
-    if (this.mesh) this.showMesh('home');
+    if (this.mesh) this.showMesh();
     this.update();
   }
 
@@ -116,7 +118,7 @@ class Studio {
     this.progress = html('div', {class: 'progress'}, this.bar, this.progressWords, this.cancelButton);
     this.runBar = html('div', {class: 'run'}, this.runButton, html('label', {}, this.auto, 'make it whenever I let go'));
     const names = ['busy', 'refusal', 'hint', 'answer', 'solving', 'downloads', 'note'];
-    this.slots = Object.fromEntries(names.map(name => [name, html('div', {class: `slot ${name}`})]));
+    this.slots = Object.fromEntries(names.map(name => [name, html('div', {class: 'slot'})]));
     this.shared = html('div', {class: 'shared'});
     this.status = html(
         'section', {class: 'status', 'aria-label': 'Answer'}, Object.values(this.slots), this.progress, this.runBar, this.shared);
@@ -176,12 +178,31 @@ class Studio {
   changed() {
     this.refusal = null;
     this.cancel(true);
-    if (this.draft.mesh && this.draft.goal && !this.isCurrent(this.last)) this.previews.want(this.draft);
+    if (this.preview && this.preview.goal !== this.draft.goal) this.showMesh('keep');
+    if (!this.held) this.follow();
+    if (this.isReady() && !this.isCurrent(this.last)) this.previews.want(this.draft);
+  }
+
+  /** What was typed is seen at once, where the view can know it. */
+  follow() {
+    const {stage, draft: {settings: {waterline, point: contact, up}}} = this;
+    let {attitude} = stage;
+    if (!attitude || attitude.lowest_mm === null) return;
+    const direction = kUps[up] ?? pointOf(up);
+    if (direction && length(direction) > 0) attitude = turnedTo(stage, direction.map(x => x / length(direction)));
+    if (attitude.waterline !== null && +waterline > 0) attitude = {...attitude, waterline: attitude.lowest_mm + (+waterline)};
+    if (attitude.point_mm && pointOf(contact)) attitude = {...attitude, point_mm: pointOf(contact)};
+    if (attitude !== stage.attitude) stage.place(attitude, 'keep');
+  }
+
+  /** Whether there is something to be asked. */
+  isReady() {
+    return Boolean(this.draft.mesh && this.draft.goal && !this.loading);
   }
 
   /** The hand has let go. */
   settled() {
-    if (this.auto.checked && this.draft.mesh && this.draft.goal && !this.isCurrent(this.last)) this.run();
+    if (this.auto.checked && !this.isCurrent(this.last)) this.run();
   }
 
   chooseGoal(goal) {
@@ -202,7 +223,7 @@ class Studio {
       return this.update();
     }
     this.draft = now;
-    if (now.mesh !== before.mesh) this.showMesh('home');
+    if (now.mesh !== before.mesh) this.showMesh();
     this.changed();
     this.settled();
     this.say(by < 0 ? 'Undone.' : 'Redone.');
@@ -252,10 +273,9 @@ class Studio {
       const mesh = meshOf(await sendMesh(file, file.name), file);
       this.loading = this.last = null;
       const settings = Object.fromEntries(Object.entries(this.draft.settings).filter(([name]) => !kPlaces.includes(name)));
-      this.draft = {...this.draft, mesh};
-      this.showMesh('home');
+      this.become({...this.draft, mesh, settings}, false);
+      this.showMesh();
       this.say(`${mesh.name} is open.`);
-      this.become({...this.draft, settings}, false);
     } catch (error) {
       this.loading = null;
       this.refused(error);
@@ -306,7 +326,7 @@ class Studio {
   }
 
   previewed(state, answer) {
-    if (state.mesh !== this.draft.mesh || state.goal !== this.draft.goal) return;
+    if (this.loading || state.mesh !== this.draft.mesh || state.goal !== this.draft.goal) return;
     if (answer instanceof Refusal) {
       if (keyOf(state) === keyOf(this.draft)) this.refused(answer);
       return;
@@ -339,14 +359,14 @@ class Studio {
     const meshes = new Map(this.draft.mesh.meshes).set('columns', preview.surface);
     const moving = this.draft !== this.history.now;
     const {attitude} = stage;
-    if (!this.held) stage.points = {center: preview.attitude.point_mm ?? null, target: point(preview.spec.target)};
+    if (!this.held) stage.points = {center: preview.attitude.point_mm ?? null, target: pointOf(preview.spec.target)};
     stage.show(preview.data, meshes, moving ? 'hold' : 'keep');
     // What the hand holds stays in the hand.
     if (this.held && !this.isCurrent(preview))
       stage.place({...stage.attitude, ...Object.fromEntries(this.held.map(name => [name, attitude[name]]))}, 'hold');
   }
 
-  showMesh(camera) {
+  showMesh(camera = 'home') {
     const {mesh} = this.draft;
     document.title = `${mesh ? `${mesh.name}: ` : ''}rayrep studio`;
     this.preview = null;
@@ -369,7 +389,7 @@ class Studio {
 
   async run() {
     const state = this.draft;
-    if (!state.mesh || !state.goal || this.running) return;
+    if (!this.isReady() || this.running) return;
     const run = new Run(state, this.ending, told => {
       run.told = told;
       this.update();
@@ -483,7 +503,11 @@ class Studio {
     if (!this.isCurrent(this.last)) this.shown = null;
     const current = this.isCurrent(this.last), quick = this.isCurrent(this.preview);
     const any = this.last || this.preview;
-    const words = !this.draft.goal || !any ? '' : current ? '' : quick ? 'Preview' : this.refusal ? 'Older settings' : 'Preview';
+    const words = !this.draft.goal || !any ? '' :
+        current                            ? '' :
+        quick                              ? 'Preview' :
+        this.refusal                       ? 'Older settings' :
+                                             'Solving \u2026';
     this.badge.textContent = words;
     this.badge.hidden = !words;
     this.stage.element.classList.toggle('old', Boolean(this.refusal) && !current && !quick);
@@ -529,9 +553,10 @@ class Studio {
     const {kind, message, setting} = this.refusal;
     const named = setting ??
         [...message.matchAll(/--([a-z0-9-]+)/g)].map(found => found[1]).find(name => this.rows().some(row => row.name === name));
-    this.settings.complain(kind === 'usage' ? named : null, message);
+    const words = inStudio(message, this.rows());
+    this.settings.complain(kind === 'usage' ? named : null, words);
     return html(
-        'div', {class: 'refusal', role: 'alert'}, message.split('\n').filter(Boolean).map(line => html('p', {}, units(line))));
+        'div', {class: 'refusal', role: 'alert'}, words.split('\n').filter(Boolean).map(line => html('p', {}, units(line))));
   }
 
   previewCard(old) {

@@ -9,6 +9,7 @@ import {
 // clang-format on
 
 
+
 import {cross, crossing, dot, length, plus, shaded} from './geometry.js';
 import {distanceFor, Orbit} from './orbit.js';
 import {kCap, kDisc, kSurface} from './shaders.js';
