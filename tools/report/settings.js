@@ -50,8 +50,8 @@ function rangeOf(row, height) {
 /** One setting. */
 class Field {
   /** @param edit  called with what changes, and whether more is to come */
-  constructor(row, rows, edit) {
-    this.row = {...row, words: inStudio(row.words, rows), details: inStudio(row.details ?? '', rows)};
+  constructor(row, edit) {
+    this.row = row;
     this.edit = (text, more) => edit({[row.name]: text}, more);
     const id = `setting-${row.name}`;
     this.fault = html('p', {class: 'fault', id: `${id}-fault`, hidden: true});
@@ -66,8 +66,8 @@ class Field {
         '\u00d7');
     this.reset.addEventListener('click', () => this.edit(undefined, false));
     const words = html('small', {id: `${id}-words`}, row.words);
-    const label = html('label', {for: id
-    }, titled(row.name));
+    const label = html('label', {}, titled(row.name));
+    label.htmlFor = id;
     this.element = html(
         'div', {class: `field of-${row.kind}`, 'data-name': row.name}, html('div', {class: 'name'}, label, this.reset), words,
         this.control, this.more(), this.fault);
@@ -164,7 +164,10 @@ export class Settings {
   build(rows, own) {
     if (rows === this.rows) return;
     this.rows = rows;
-    this.fields = new Map(rows.map(row => [row.name, new Field(row, rows, this.edit)]));
+    this.fields = new Map(rows.map(
+        row =>
+            [row.name,
+             new Field({...row, words: inStudio(row.words, rows), details: inStudio(row.details ?? '', rows)}, this.edit)]));
     const headings = [...new Set(rows.map(row => row.group))].sort((a, b) => own.has(b) - own.has(a));
     this.groups = headings.map((heading, n) => {
       const of = rare =>

@@ -502,15 +502,11 @@ class Studio {
     if (this.isCurrent(this.last) && this.shown !== this.last) this.showLast();
     if (!this.isCurrent(this.last)) this.shown = null;
     const current = this.isCurrent(this.last), quick = this.isCurrent(this.preview);
-    const any = this.last || this.preview;
-    const words = !this.draft.goal || !any ? '' :
-        current                            ? '' :
-        quick                              ? 'Preview' :
-        this.refusal                       ? 'Older settings' :
-                                             'Solving \u2026';
+    const words = !this.preview || current ? '' : this.refusal && !quick ? 'Older settings' : 'Preview';
     this.badge.textContent = words;
     this.badge.hidden = !words;
     this.stage.element.classList.toggle('old', Boolean(this.refusal) && !current && !quick);
+    this.status.classList.toggle('waiting', !current && !quick && !this.refusal);
     this.result.hidden = !this.last || this.last.data.report.command !== this.draft.goal;
     this.result.classList.toggle('old', !current);
     if (!this.oldWords) return;
