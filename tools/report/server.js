@@ -26,6 +26,11 @@ async function ask(path, options) {
       told?.error ?? {kind: 'server', message: `rayrep studio answered with ${answer.status} to ${path}.`}, answer.status);
 }
 
+function refusalOr(error) {
+  if (error instanceof Refusal) return error;
+  throw error;
+}
+
 const posted = async (path, what) => (await ask(path, {method: 'POST', body: JSON.stringify(what)})).json();
 
 /** Meshes by id, of the blocks of an answer. */
@@ -70,17 +75,13 @@ export class Previews {
     while (this.next) {
       const state = this.next;
       this.next = null;
-      const sequence = ++this.sequence;
-      try {
-        this.told(state, await posted('preview', {goal: state.goal, settings: state.settings, sequence}));
-      } catch (error) {
-        if (!(error instanceof Refusal)) throw error;
-        // What another page has asked for does not answer this one.
-        if (error.kind === 'superseded')
-          this.next ??= state;
-        else
-          this.told(state, error);
-      }
+      const {goal, settings} = state;
+      const answer = await posted('preview', {goal, settings, sequence: ++this.sequence}).catch(refusalOr);
+      // What another page has asked for does not answer this one.
+      if (answer.kind === 'superseded')
+        this.next ??= state;
+      else
+        this.told(state, answer);
     }
     this.busy = false;
   }

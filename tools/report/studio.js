@@ -42,6 +42,31 @@ const pointOf = text => {
   return numbers.length === 3 && numbers.every(Number.isFinite) ? numbers : null;
 };
 
+/** A preview as the view takes it. */
+function dataOf({figures, attitude, criteria}, view) {
+  const after = Object.fromEntries(figures.map(([, , value, name]) => [name, value]));
+  return {
+    report: {after, before: null, solver: null},
+    told: {criteria: criteria ?? []},
+    view: {
+      ...view,
+      attitudes: [{prefix: '', words: '', ...attitude}],
+      note: 'A quick, coarse answer. The inside is drawn as it is solved, before it becomes a surface.',
+      meshes: [view.meshes[0], {id: 'columns', what: 'cavity', words: '', triangles: 0, shown: 0, closed: true}]
+    }
+  };
+}
+
+/** The outside as it is after --size and --unit; the same one where it is as large as before. */
+function scaled(mesh, scale) {
+  if (scale === 1) return mesh;
+  if (mesh.scaled?.scale === scale) return mesh.scaled;
+  const times = list => list.map(x => x * scale);
+  const {view} = mesh;
+  const meshes = new Map([...mesh.meshes].map(([id, {positions, triangles}]) => [id, {positions: times(positions), triangles}]));
+  return mesh.scaled = {scale, meshes, view: {...view, low_mm: times(view.low_mm), size_mm: times(view.size_mm)}};
+}
+
 class Studio {
   constructor(root, begin) {
     this.begin = begin;
@@ -117,7 +142,7 @@ class Studio {
     this.progressWords = html('p', {class: 'progress-words'});
     this.progress = html('div', {class: 'progress'}, this.bar, this.progressWords, this.cancelButton);
     this.runBar = html('div', {class: 'run'}, this.runButton, html('label', {}, this.auto, 'make it whenever I let go'));
-    const names = ['busy', 'refusal', 'hint', 'answer', 'solving', 'downloads', 'note'];
+    const names = ['busy', 'refusal', 'hint', 'answer', 'solving', 'downloads', 'note', 'notes'];
     this.slots = Object.fromEntries(names.map(name => [name, html('div', {class: 'slot'})]));
     this.shared = html('div', {class: 'shared'});
     this.status = html(
@@ -176,7 +201,9 @@ class Studio {
 
   /** Something else is asked for than before. */
   changed() {
-    this.refusal = null;
+    this.refusal = this.note = this.due = null;
+    this.shared.replaceChildren();
+    this.stage.looksAt = () => {};
     this.cancel(true);
     if (this.preview && this.preview.goal !== this.draft.goal) this.showMesh('keep');
     if (!this.held) this.follow();
@@ -200,9 +227,13 @@ class Studio {
     return Boolean(this.draft.mesh && this.draft.goal && !this.loading);
   }
 
-  /** The hand has let go. */
+  /** The hand has let go: the whole is made, after the preview, which it would only slow down. */
   settled() {
-    if (this.auto.checked && !this.isCurrent(this.last)) this.run();
+    if (!this.auto.checked || this.isCurrent(this.last)) return;
+    if (this.isCurrent(this.preview) || this.refusal)
+      this.run();
+    else
+      this.due = true;
   }
 
   chooseGoal(goal) {
@@ -291,15 +322,14 @@ class Studio {
       const named = all.find(name => file.name.replace(/\.json$/i, '').endsWith(`_${name}`));
       const goal = [named, this.draft.goal, ...all].find(name => name && knows(name)) ?? this.draft.goal;
       const strange = names.filter(name => !this.rows(goal).some(row => row.name === name));
-      this.note =
-          [
-            mesh && mesh !== this.draft.mesh?.name ? `These settings were made for ${mesh}.` : '',
-            strange.length ? `Left out, as the studio has no such setting: ${strange.join(', ')}.` : ''
-          ].filter(Boolean)
-              .join(' ');
+      const note = [
+        mesh && mesh !== this.draft.mesh?.name ? `These settings were made for ${mesh}.` : '',
+        strange.length ? `Left out, as the studio has no such setting: ${strange.join(', ')}.` : ''
+      ].filter(Boolean).join(' ');
       this.become(
           {...this.draft, goal, settings: Object.fromEntries(Object.entries(settings).filter(([name]) => !strange.includes(name)))},
           false);
+      this.note = note;
     } catch (error) {
       this.refused(new Refusal({kind: 'usage', message: error.message}));
     }
@@ -327,36 +357,26 @@ class Studio {
 
   previewed(state, answer) {
     if (this.loading || state.mesh !== this.draft.mesh || state.goal !== this.draft.goal) return;
-    if (answer instanceof Refusal) {
-      if (keyOf(state) === keyOf(this.draft)) this.refused(answer);
-      return;
+    const {due} = this;
+    const current = keyOf(state) === keyOf(this.draft);
+    if (!(answer instanceof Refusal)) {
+      ++this.previewCount;
+      const shell = scaled(state.mesh, answer.scale ?? 1);
+      this.preview = {...answer, shell, key: keyOf(state), goal: state.goal, data: dataOf(answer, shell.view)};
+      if (!this.isCurrent(this.last)) this.showPreview();
+      this.update();
+    } else if (current) {
+      this.refused(answer);
     }
-    ++this.previewCount;
-    this.preview = {...answer, key: keyOf(state), mesh: state.mesh, goal: state.goal, data: this.dataOf(answer)};
-    if (!this.isCurrent(this.last)) this.showPreview();
-    this.update();
-  }
-
-  /** As the view takes it. */
-  dataOf({figures, attitude, criteria}) {
-    const {view} = this.draft.mesh;
-    const after = Object.fromEntries(figures.map(([, , value, name]) => [name, value]));
-    return {
-      report: {after, before: null, solver: null},
-      told: {criteria: criteria ?? []},
-      view: {
-        ...view,
-        attitudes: [{prefix: '', words: '', ...attitude}],
-        note: 'A quick, coarse answer. The inside is drawn as it is solved, before it becomes a surface.',
-        meshes: [view.meshes[0], {id: 'columns', what: 'cavity', words: '', triangles: 0, shown: 0, closed: true}]
-      }
-    };
+    if (!due || !current) return;
+    this.due = null;
+    this.run();
   }
 
   showPreview() {
     const {preview, stage} = this;
     preview.surface ??= meshOfColumns(readColumns(preview.columns), preview.columns);
-    const meshes = new Map(this.draft.mesh.meshes).set('columns', preview.surface);
+    const meshes = new Map(preview.shell.meshes).set('columns', preview.surface);
     const moving = this.draft !== this.history.now;
     const {attitude} = stage;
     if (!this.held) stage.points = {center: preview.attitude.point_mm ?? null, target: pointOf(preview.spec.target)};
@@ -395,7 +415,6 @@ class Studio {
       this.update();
     });
     this.running = run;
-    this.refusal = null;
     this.update();
     try {
       const result = await run.result();
@@ -412,7 +431,7 @@ class Studio {
   }
 
   finished(state, result) {
-    this.running = null;
+    this.running = this.refusal = null;
     this.last = {...result, key: keyOf(state)};
     const {data} = result;
     if (!this.isCurrent(this.last)) return;
@@ -531,6 +550,9 @@ class Studio {
     this.fill('solving', ready && !answer && !this.refusal, () => html('p', {class: 'busy'}, 'Solving \u2026'));
     this.fill('downloads', current && this.last, () => this.downloads());
     this.fill('note', this.note, () => html('p', {class: 'note'}, this.note));
+    this.fill(
+        'notes', mesh?.summary.notes?.length && mesh,
+        () => html('ul', {class: 'note'}, mesh.summary.notes.map(note => html('li', {}, units(note)))));
     if (running) this.updateProgress(running.told ?? {});
     this.progress.hidden = !running;
     this.runBar.hidden = !ready;
