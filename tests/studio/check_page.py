@@ -168,6 +168,28 @@ class Page:
         return [one for one in self.chromium.complaints() if not re.match(r"Failed to load resource: .* status of 4\d\d", one)]
 
 
+def check_columns(page):
+    """The inside of a preview is drawn as a closed surface that faces into the void and encloses as much as the columns do."""
+    open_edges, enclosed, volume = page.of("""preview && (({surface: {positions: p, triangles: t}, columns}) => {
+      const edges = new Map();
+      let six = 0;
+      for (let n = 0; n < t.length; n += 3) {
+        for (let k = 0; k < 3; ++k) {
+          const from = t[n + k], to = t[n + (k + 1) % 3], key = Math.min(from, to) * 1e7 + Math.max(from, to);
+          edges.set(key, (edges.get(key) ?? 0) + Math.sign(to - from));
+        }
+        const [a, b, c] = [0, 1, 2].map(k => [0, 1, 2].map(m => p[3 * t[n + k] + m]));
+        six += a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
+      }
+      const bytes = Uint8Array.from(atob(columns.bytes), c => c.charCodeAt(0)), numbers = new DataView(bytes.buffer);
+      let length = 0;
+      for (let at = 0; at < bytes.length; at += 12) length += numbers.getFloat32(at + 8, true) - numbers.getFloat32(at + 4, true);
+      return [[...edges.values()].filter(sum => sum).length, -six / 6, length * columns.spacing_mm ** 2];
+    })(window.rayrep.studio.preview)""")
+    expect(open_edges == 0, f"the inside of a preview is closed: {open_edges} open edges")
+    expect(abs(enclosed / volume - 1) < 0.02, f"and holds {enclosed:.0f} mm3, its columns {volume:.0f} mm3")
+
+
 def check_float(page, tool, duck):
     page.chromium.choose("#file", duck)
     page.wait("window.rayrep.studio.draft.mesh", "the duck")
@@ -175,6 +197,7 @@ def check_float(page, tool, duck):
     page.look("mesh")
     page.click("label:has(input[name=goal][value=float])")
     page.wait_for_preview()
+    check_columns(page)
     page.type("resolution", "40")
     page.wait_for_run()
     expect(page.verdict() == "VERIFIED", "a goal is chosen, and a full run is made")
@@ -203,7 +226,7 @@ def check_float(page, tool, duck):
 def check_steps(page):
     """Undo, old answers, cancel, keys."""
     waterline = page.settings()["waterline"]
-    page.js("window.rayrep.studio.auto.click()")
+    page.js("window.rayrep.studio.status.auto.click()")
     page.js("document.querySelector('.field[data-name=wall] input[type=range]').focus()")
     page.chromium.key("ArrowRight")
     page.wait_for_preview()
@@ -231,6 +254,26 @@ def check_steps(page):
     page.click(".run .main")
     page.wait_for_run()
     expect(page.verdict() == "VERIFIED", "which does what the first would have done")
+
+
+def check_handles(page):
+    hand, _ = page.drag(".handle.up", (5, 0), 8)
+    page.look("tilting")
+    page.release(hand)
+    up = page.settings().get("up", "")
+    expect(re.fullmatch(r"(-?[\d.]+,){2}-?[\d.]+", up) is not None, f"what is up is dragged: {up}")
+    page.wait("!window.rayrep.studio.previews.busy", "an answer")
+    page.undo()
+    page.wait("!window.rayrep.studio.previews.busy", "an answer")
+    expect("up" not in page.settings(), "and taken back")
+    page.click("label:has(input[name=cut][value=x])")
+    count, at = page.of("previewCount"), page.of("stage.cutAt.textContent")
+    hand, _ = page.drag(".handle.cut", (-6, 0), 6)
+    page.look("cut")
+    page.release(hand)
+    expect(page.of("stage.cutAt.textContent") != at, f"the cut is dragged from {at} to {page.of('stage.cutAt.textContent')}")
+    expect(page.of("previewCount") == count, "which asks for nothing")
+    page.click("label:has(input[name=cut][value=none])")
 
 
 def check_refusals(page):
@@ -360,11 +403,17 @@ def main():
             page.look("empty")
             check_float(page, tool, duck)
             check_steps(page)
+            check_handles(page)
             check_refusals(page)
             check_files(page, folder, duck)
             check_spin(page, bird)
             check_layout(page)
             expect(page.complaints() == [], f"nothing is complained of, nothing asked of another host {page.complaints()}")
+            server.process.terminate()
+            server.process.wait(20)
+            page.type("wall", "2")
+            page.wait("document.querySelector('.refusal')", "word of the end")
+            expect("does not answer" in page.js("document.querySelector('.refusal').textContent"), "that the server has ended is told")
         with Server(tool, folder, str(duck)) as server, browser.Browser(webgl=False) as chromium:
             chromium.size(1400, 1000, False, True)
             check_without_webgl(Page(chromium, server.address, pictures, folder / "downloads"))

@@ -12,6 +12,12 @@ export function html(name, attributes = {}, ...children) {
   return element;
 }
 
+export function button(words, act, attributes = {}) {
+  const element = html('button', {type: 'button', class: 'plain', ...attributes}, words);
+  element.addEventListener('click', act);
+  return element;
+}
+
 const kGoals = {
   float: 'floats',
   spin: 'spins',

@@ -4,17 +4,15 @@ import {meshOfColumns, readColumns} from './columns.js';
 import {length} from './geometry.js';
 import {frameOf, Handles, kCentre, kContact, kCut, kTarget, kUps, kWaterline, turnedTo, upHandle} from './handles.js';
 import {commandOf, configOf, History, keyOf, readConfig} from './history.js';
-import {html, panelsOf, verdictOf} from './panels.js';
+import {button, html, panelsOf} from './panels.js';
 import {Charts, footer} from './report.js';
 import {firstFile, meshOf, Previews, Refusal, Run, sendMesh} from './server.js';
 import {Goals, inStudio, sameRow, Settings} from './settings.js';
 import {Stage} from './stage.js';
-
-import {plainWords, short, units} from './words.js';
+import {Status} from './status.js';
 
 /** Settings that are places in a mesh: of another mesh they mean nothing. */
 const kPlaces = ['waterline', 'point', 'center', 'target', 'com', 'inertia'];
-const kMostFigures = 14;
 
 /**
  * @param root   where it goes
@@ -22,12 +20,6 @@ const kMostFigures = 14;
  */
 export function mountStudio(root, begin) {
   return new Studio(root, begin);
-}
-
-function button(words, act, attributes = {}) {
-  const element = html('button', {type: 'button', class: 'plain', ...attributes}, words);
-  element.addEventListener('click', act);
-  return element;
 }
 
 /** Gives the reader a file that the page has made. */
@@ -70,8 +62,7 @@ function scaled(mesh, scale) {
 class Studio {
   constructor(root, begin) {
     this.begin = begin;
-    this.mesh = begin.mesh && meshOf(begin.mesh, null);
-    this.history = new History({mesh: this.mesh, goal: null, settings: {}});
+    this.history = new History({mesh: begin.mesh && meshOf(begin.mesh, null), goal: null, settings: {}});
     this.draft = this.history.now;  // what is chosen, while the hand still moves as well
     this.stage = new Stage({fold: true});
     this.handles = new Handles(this.stage, (changes, held) => {
@@ -84,7 +75,7 @@ class Studio {
     this.previewCount = 0;
     this.build(root);
     this.listen();
-    if (this.mesh) this.showMesh();
+    this.showMesh();
     this.update();
   }
 
@@ -126,27 +117,13 @@ class Studio {
     this.result = html('section', {class: 'result', 'aria-label': 'Last full run'});
     this.choosing = html('section', {class: 'choosing', 'aria-label': 'Settings'}, this.settings.element);
     this.ask = html('section', {class: 'ask', 'aria-label': 'Goal'}, this.goals.element);
-    this.buildStatus();
+    this.status = new Status({run: () => this.run(), cancel: () => this.cancel()});
     root.classList.add('studio');
     this.main = html(
         'main', {}, html('div', {class: 'left'}, this.ask, this.choosing),
-        html('div', {class: 'middle'}, this.empty, this.stage.element), html('div', {class: 'right'}, this.status, this.result));
+        html('div', {class: 'middle'}, this.empty, this.stage.element),
+        html('div', {class: 'right'}, this.status.element, this.result));
     root.replaceChildren(this.top, this.main, this.live, footer(this.begin.version));
-  }
-
-  buildStatus() {
-    this.auto = html('input', {type: 'checkbox', checked: true});
-    this.runButton = button('Make it', () => this.run(), {class: 'main'});
-    this.cancelButton = button('Cancel', () => this.cancel());
-    this.bar = html('progress', {max: 1, 'aria-label': 'Progress'});
-    this.progressWords = html('p', {class: 'progress-words'});
-    this.progress = html('div', {class: 'progress'}, this.bar, this.progressWords, this.cancelButton);
-    this.runBar = html('div', {class: 'run'}, this.runButton, html('label', {}, this.auto, 'make it whenever I let go'));
-    const names = ['busy', 'refusal', 'hint', 'answer', 'solving', 'downloads', 'note', 'notes'];
-    this.slots = Object.fromEntries(names.map(name => [name, html('div', {class: 'slot'})]));
-    this.shared = html('div', {class: 'shared'});
-    this.status = html(
-        'section', {class: 'status', 'aria-label': 'Answer'}, Object.values(this.slots), this.progress, this.runBar, this.shared);
   }
 
   listen() {
@@ -192,33 +169,39 @@ class Studio {
   }
 
   become(state, more) {
-    const other = keyOf(state) !== keyOf(this.draft);
+    if (this.loading) return this.update();
+    const before = this.draft;
     this.draft = state;
-    if (other) this.changed();
+    if (keyOf(state) !== keyOf(before)) this.changed(before);
     if (!more && this.history.step(state)) this.settled();
     this.update();
   }
 
   /** Something else is asked for than before. */
-  changed() {
+  changed(before) {
     this.refusal = this.note = this.due = null;
-    this.shared.replaceChildren();
+    this.status.shared.replaceChildren();
     this.stage.looksAt = () => {};
     this.cancel(true);
     if (this.preview && this.preview.goal !== this.draft.goal) this.showMesh('keep');
-    if (!this.held) this.follow();
-    if (this.isReady() && !this.isCurrent(this.last)) this.previews.want(this.draft);
+    if (!this.held) this.follow(before);
+    this.wantPreview();
+  }
+
+  wantPreview() {
+    if (this.isReady() && !this.isCurrent(this.last) && !this.isCurrent(this.preview)) this.previews.want(this.draft);
   }
 
   /** What was typed is seen at once, where the view can know it. */
-  follow() {
-    const {stage, draft: {settings: {waterline, point: contact, up}}} = this;
+  follow(before) {
+    const {stage} = this;
+    const typed = name => this.draft.settings[name] === before.settings[name] ? undefined : this.draft.settings[name];
     let {attitude} = stage;
     if (!attitude || attitude.lowest_mm === null) return;
-    const direction = kUps[up] ?? pointOf(up);
-    if (direction && length(direction) > 0) attitude = turnedTo(stage, direction.map(x => x / length(direction)));
-    if (attitude.waterline !== null && +waterline > 0) attitude = {...attitude, waterline: attitude.lowest_mm + (+waterline)};
-    if (attitude.point_mm && pointOf(contact)) attitude = {...attitude, point_mm: pointOf(contact)};
+    const up = kUps[typed('up')] ?? pointOf(typed('up')), contact = pointOf(typed('point')), waterline = +typed('waterline');
+    if (up && length(up) > 0) attitude = turnedTo(stage, up.map(x => x / length(up)));
+    if (attitude.waterline !== null && waterline > 0) attitude = {...attitude, waterline: attitude.lowest_mm + waterline};
+    if (attitude.point_mm && contact) attitude = {...attitude, point_mm: contact};
     if (attitude !== stage.attitude) stage.place(attitude, 'keep');
   }
 
@@ -229,7 +212,7 @@ class Studio {
 
   /** The hand has let go: the whole is made, after the preview, which it would only slow down. */
   settled() {
-    if (!this.auto.checked || this.isCurrent(this.last)) return;
+    if (!this.status.auto.checked || this.isCurrent(this.last)) return;
     if (this.isCurrent(this.preview) || this.refusal)
       this.run();
     else
@@ -251,11 +234,12 @@ class Studio {
     const {now} = this.history;
     if (now.mesh !== before.mesh && !await this.sendAgain(now.mesh)) {
       this.history.go(-by);
+      this.wantPreview();
       return this.update();
     }
     this.draft = now;
     if (now.mesh !== before.mesh) this.showMesh();
-    this.changed();
+    this.changed(before);
     this.settled();
     this.say(by < 0 ? 'Undone.' : 'Redone.');
     this.update();
@@ -309,6 +293,7 @@ class Studio {
       this.say(`${mesh.name} is open.`);
     } catch (error) {
       this.loading = null;
+      this.wantPreview();
       this.refused(error);
     }
   }
@@ -344,7 +329,7 @@ class Studio {
     const command = commandOf(this.draft);
     const field = html('input', {type: 'text', readonly: true, value: command, 'aria-label': 'Command line'});
     const copied = await navigator.clipboard?.writeText(command).then(() => true, () => false);
-    this.shared.replaceChildren(html('p', {}, copied ? 'Copied:' : 'To copy:'), field);
+    this.status.shared.replaceChildren(html('p', {}, copied ? 'Copied:' : 'To copy:'), field);
     if (!copied) field.select();
     this.say(copied ? 'The command line was copied.' : 'The command line is there to be copied.');
   }
@@ -525,7 +510,6 @@ class Studio {
     this.badge.textContent = words;
     this.badge.hidden = !words;
     this.stage.element.classList.toggle('old', Boolean(this.refusal) && !current && !quick);
-    this.status.classList.toggle('waiting', !current && !quick && !this.refusal);
     this.result.hidden = !this.last || this.last.data.report.command !== this.draft.goal;
     this.result.classList.toggle('old', !current);
     if (!this.oldWords) return;
@@ -535,98 +519,31 @@ class Studio {
   }
 
   updateStatus() {
-    const {mesh, goal} = this.draft;
-    const {running} = this;
-    const ready = Boolean(mesh && goal), current = this.isCurrent(this.last);
-    this.fill('busy', this.loading, () => html('p', {class: 'busy'}, 'Reading ', html('bdi', {}, this.loading), ' \u2026'));
-    this.fill('refusal', this.refusal, () => this.refusalCard());
-    if (!this.refusal) this.settings.complain(null);
-    this.fill('hint', !this.loading && mesh && !goal, () => html('p', {class: 'hint'}, 'Now choose what it shall do.'));
-    const answer = !ready ? null : current ? this.last : this.preview;
-    const old = Boolean(this.refusal) && !this.isCurrent(answer);
-    this.fill(
-        'answer', answer && `${answer.key} ${answer.sequence} ${old}`,
-        () => current ? verdictOf(answer.data) : this.previewCard(old));
-    this.fill('solving', ready && !answer && !this.refusal, () => html('p', {class: 'busy'}, 'Solving \u2026'));
-    this.fill('downloads', current && this.last, () => this.downloads());
-    this.fill('note', this.note, () => html('p', {class: 'note'}, this.note));
-    this.fill(
-        'notes', mesh?.summary.notes?.length && mesh,
-        () => html('ul', {class: 'note'}, mesh.summary.notes.map(note => html('li', {}, units(note)))));
-    if (running) this.updateProgress(running.told ?? {});
-    this.progress.hidden = !running;
-    this.runBar.hidden = !ready;
-    this.runButton.hidden = Boolean(running) || current;
+    const {mesh, goal} = this.draft, {refusal} = this;
+    const ready = Boolean(mesh && goal), verified = this.isCurrent(this.last);
+    const fault = refusal && faultOf(refusal, this.rows());
+    if (refusal !== this.complained) this.settings.complain(fault?.name, fault?.words);
+    this.complained = refusal;
+    this.status.show({
+      loading: this.loading,
+      refusal,
+      words: fault?.words,
+      mesh,
+      ready,
+      last: ready && verified ? this.last : null,
+      preview: ready && !verified ? this.preview : null,
+      current: verified || this.isCurrent(this.preview),
+      note: this.note,
+      running: this.running
+    });
   }
+}
 
-  /** A part of the status, made anew where it is of something else: what has the focus keeps it. */
-  fill(name, of, make) {
-    const slot = this.slots[name];
-    if (slot.of === of) return;
-    slot.of = of;
-    slot.replaceChildren(...(of ? [make()] : []));
-  }
-
-  refusalCard() {
-    const {kind, message, setting} = this.refusal;
-    const named = setting ??
-        [...message.matchAll(/--([a-z0-9-]+)/g)].map(found => found[1]).find(name => this.rows().some(row => row.name === name));
-    const words = inStudio(message, this.rows());
-    this.settings.complain(kind === 'usage' ? named : null, words);
-    return html(
-        'div', {class: 'refusal', role: 'alert'}, words.split('\n').filter(Boolean).map(line => html('p', {}, units(line))));
-  }
-
-  previewCard(old) {
-    const {preview} = this;
-    const [first, ...more] = preview.told;
-    const failed = (preview.criteria ?? []).filter(criterion => !criterion.pass);
-    return html(
-        'div', {class: old ? 'preview old' : 'preview'},
-        html('p', {class: 'word'}, old ? 'ANSWER TO OLDER SETTINGS' : 'PREVIEW, NOT VERIFIED'),
-        first ? html('p', {class: 'lead'}, units(first)) : null, more.map(line => html('p', {class: 'more'}, units(line))),
-        failed.length ? html(
-                            'ul', {class: 'doubts'},
-                            failed.map(criterion => html('li', {}, plainWords(criterion, preview.data.view.attitudes)))) :
-                        null,
-        this.figures(preview.figures));
-  }
-
-  figures(figures) {
-    const shown =
-        figures.filter(([words, , value]) => words && (value === null || typeof value === 'number')).slice(0, kMostFigures);
-    const number = value => value === null ? '\u2013' :
-        Math.abs(value) >= 1e5             ? units(value.toExponential(3)) :
-                                             short(value, value && Math.abs(value) < 1 ? 3 : 2);
-    return html(
-        'table', {class: 'figures'},
-        html(
-            'tbody', {},
-            shown.map(
-                ([words, unit, value, name]) => html(
-                    'tr', {'data-name': name}, html('th', {scope: 'row'}, units(words)),
-                    html('td', {}, number(value), value === null || !unit ? '' : ` ${units(unit)}`)))));
-  }
-
-  updateProgress({stage, share, left_s}) {
-    if (Number.isFinite(share))
-      this.bar.value = share;
-    else
-      this.bar.removeAttribute('value');
-    this.progressWords.textContent = [
-      stage || 'Making it', Number.isFinite(share) ? `${Math.round(100 * share)}\u00a0%` : '',
-      Number.isFinite(left_s) && left_s >= 1 ? `about ${Math.ceil(left_s)}\u00a0s left` : ''
-    ].filter(Boolean).join(' \u00b7 ');
-  }
-
-  downloads() {
-    return html(
-        'div', {class: 'downloads'},
-        this.last.files.map(
-            ({name, words}, n) => html(
-                'a', {class: n ? 'plain' : 'main', href: `download/${encodeURIComponent(name)}`, download: name},
-                n ? words || name : `Download ${words || name}`)));
-  }
+/** What is wrong, in words of the studio, and the setting it lies in, where it lies in one. */
+function faultOf({kind, message, setting}, rows) {
+  const known = name => rows.some(row => row.name === name);
+  const named = setting ?? [...message.matchAll(/--([a-z0-9-]+)/g)].map(found => found[1]).find(known);
+  return {name: kind === 'usage' ? named : null, words: inStudio(message, rows)};
 }
 
 function factsOf({summary}) {
