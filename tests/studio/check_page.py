@@ -353,8 +353,8 @@ def check_spin(page, bird):
     expect(off < 0.02, f"which lies on the surface: {off:.4f} mm off it")
     page.wait("!window.rayrep.studio.previews.busy", "its preview")
     page.js("[...document.querySelectorAll('.top button')].find(button => button.textContent === 'Copy command').click()")
-    page.wait("document.querySelector('.shared input')", "a command line")
-    command = page.js("document.querySelector('.shared input').value")
+    page.wait("document.querySelector('.shared textarea')", "a command line")
+    command = page.js("document.querySelector('.shared textarea').value")
     expect(command.startswith("rayrep spin bird.stl") and f"--point {point}".replace("--point -", "--point=-") in command,
            f"the command line is there to be copied: {command}")
 

@@ -21,17 +21,16 @@ export class Status {
   }
 
   /**
-   * @param of  loading (a file's name), refusal and its words, mesh, ready (there is a mesh and a goal), last (a full run, where it
-   *     is
-   *            one of what is chosen), preview (else), current (that is of what is chosen), note, running
+   * @param of  loading (a file's name), refusal and its words, hint, mesh, ready (there is a mesh and a goal), last (a full run,
+   *     where it is one of what is chosen), preview (else), current (that is of what is chosen), note, running
    */
-  show({loading, refusal, words, mesh, ready, last, preview, current, note, running}) {
+  show({loading, refusal, words, hint, mesh, ready, last, preview, current, note, running}) {
     const old = Boolean(refusal) && !current;
     const answer = last ?? preview;
     const notes = mesh?.summary.notes;
     this.fill('busy', loading, () => html('p', {class: 'busy'}, 'Reading ', html('bdi', {}, loading), ' \u2026'));
     this.fill('refusal', refusal, () => refusalCard(words));
-    this.fill('hint', !loading && mesh && !ready, () => html('p', {class: 'hint'}, 'Now choose what it shall do.'));
+    this.fill('hint', hint, () => html('p', {class: 'hint'}, hint));
     this.fill(
         'answer', answer && `${answer.key} ${answer.sequence} ${old}`,
         () => last ? verdictOf(last.data) : previewCard(preview, old));

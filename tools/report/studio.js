@@ -327,7 +327,7 @@ class Studio {
 
   async share() {
     const command = commandOf(this.draft);
-    const field = html('input', {type: 'text', readonly: true, value: command, 'aria-label': 'Command line'});
+    const field = html('textarea', {readonly: true, rows: 2, 'aria-label': 'Command line'}, command);
     const copied = await navigator.clipboard?.writeText(command).then(() => true, () => false);
     this.status.shared.replaceChildren(html('p', {}, copied ? 'Copied:' : 'To copy:'), field);
     if (!copied) field.select();
@@ -519,7 +519,7 @@ class Studio {
   }
 
   updateStatus() {
-    const {mesh, goal} = this.draft, {refusal} = this;
+    const {mesh, goal, settings} = this.draft, {refusal} = this;
     const ready = Boolean(mesh && goal), verified = this.isCurrent(this.last);
     const fault = refusal && faultOf(refusal, this.rows());
     if (refusal !== this.complained) this.settings.complain(fault?.name, fault?.words);
@@ -528,6 +528,10 @@ class Studio {
       loading: this.loading,
       refusal,
       words: fault?.words,
+      hint: this.loading || !mesh      ? '' :
+          !goal                        ? 'Now choose what it shall do.' :
+          Object.keys(settings).length ? '' :
+                                         'Drag a round handle in the view, or a slider: the answer follows.',
       mesh,
       ready,
       last: ready && verified ? this.last : null,
