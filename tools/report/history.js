@@ -27,6 +27,9 @@ export class History {
   }
 }
 
+/** Of a setting that may be given several times: each has a line. */
+export const linesOf = text => text.split('\n');
+
 /** The same for states that ask for the same. */
 export function keyOf({mesh, goal, settings}) {
   return JSON.stringify([mesh?.number ?? 0, goal, Object.entries(settings).sort()]);
@@ -43,19 +46,27 @@ export function shellWord(word) {
 /** The command that does the same. */
 export function commandOf({mesh, goal, settings}) {
   const file = /^-/.test(mesh.name) ? `./${mesh.name}` : mesh.name;
-  const options = Object.entries(settings).flatMap(([name, text]) => text ? `--${name} ${shellWord(text)}` : `--${name}`);
+  const options = Object.entries(settings).flatMap(
+      ([name, text]) => linesOf(text).map(line => line ? `--${name} ${shellWord(line)}` : `--${name}`));
   // A value that begins with - would be taken for an option.
   return ['rayrep', goal, shellWord(file), ...options.map(option => option.replace(/^(--[\w-]+) (-)/, '$1=$2'))].join(' ');
 }
 
 /** As --save-config writes it. */
 export function configOf({mesh, settings}) {
-  const value = text => text === '' ? true : String(Number(text)) === text ? Number(text) : text;
+  const value = text => text === '' ? true :
+      text.includes('\n')           ? linesOf(text) :
+      String(Number(text)) === text ? Number(text) :
+                                      text;
   return {mesh: mesh.name, ...Object.fromEntries(Object.entries(settings).sort().map(([name, text]) => [name, value(text)]))};
 }
 
-/** Of a file for --config: {mesh, settings}. @throws Error that says what is wrong with it */
-export function readConfig(text, name) {
+/**
+ * Of a file for --config: {mesh, settings}.
+ * @param repeated  says of a setting whether it may be given several times
+ * @throws Error that says what is wrong with it
+ */
+export function readConfig(text, name, repeated) {
   let object;
   try {
     object = JSON.parse(text);
@@ -70,5 +81,7 @@ export function readConfig(text, name) {
                                            `${value}`;
   const {mesh, ...rest} = object;
   const said = Object.entries(rest).filter(([, value]) => value !== false && value !== null);
-  return {mesh, settings: Object.fromEntries(said.map(([key, value]) => [key, value === true ? '' : textOf(value)]))};
+  const several = (key, value) => repeated(key) && Array.isArray(value) && !value.every(Number.isFinite);
+  const allOf = (key, value) => value === true ? '' : several(key, value) ? value.map(textOf).join('\n') : textOf(value);
+  return {mesh, settings: Object.fromEntries(said.map(([key, value]) => [key, allOf(key, value)]))};
 }

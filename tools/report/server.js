@@ -1,6 +1,7 @@
 // What the page asks of `rayrep studio`: see README.md.
 
 import {bytesOf, unpack} from './data.js';
+import {linesOf} from './history.js';
 
 /** What the server refused: `kind` and `message` of the command. */
 export class Refusal extends Error {
@@ -24,6 +25,11 @@ async function ask(path, options) {
   const told = await answer.json().catch(() => null);
   throw new Refusal(
       told?.error ?? {kind: 'server', message: `rayrep studio answered with ${answer.status} to ${path}.`}, answer.status);
+}
+
+function wantedOf({goal, settings}) {
+  const value = text => text.includes('\n') ? linesOf(text) : text;
+  return {goal, settings: Object.fromEntries(Object.entries(settings).map(([name, text]) => [name, value(text)]))};
 }
 
 function refusalOr(error) {
@@ -75,8 +81,7 @@ export class Previews {
     while (this.next) {
       const state = this.next;
       this.next = null;
-      const {goal, settings} = state;
-      const answer = await posted('preview', {goal, settings, sequence: ++this.sequence}).catch(refusalOr);
+      const answer = await posted('preview', {...wantedOf(state), sequence: ++this.sequence}).catch(refusalOr);
       // What another page has asked for does not answer this one.
       if (answer.kind === 'superseded')
         this.next ??= state;
@@ -129,7 +134,7 @@ export class Run {
     await this.after;
     for (let waits = 0; !this.cancelled; ++waits) {
       try {
-        this.number = (await posted('run', {goal: this.state.goal, settings: this.state.settings})).run;
+        this.number = (await posted('run', wantedOf(this.state))).run;
         return true;
       } catch (error) {
         if (error.status !== 409 || waits > 100) throw error;

@@ -65,7 +65,7 @@ class Field {
         },
         '\u00d7');
     this.reset.addEventListener('click', () => this.edit(undefined, false));
-    const words = html('small', {id: `${id}-words`}, row.words);
+    const words = html('small', {id: `${id}-words`}, row.repeated ? `${row.words}; several: one a line` : row.words);
     const label = html('label', {}, titled(row.name));
     label.htmlFor = id;
     this.element = html(
@@ -91,9 +91,19 @@ class Field {
       this.input.addEventListener(
           'change', () => this.edit(this.input.value === row.default || !this.input.value ? undefined : this.input.value, false));
       this.control = html('div', {class: 'control'}, this.input);
+    } else if (row.repeated) {
+      this.buildLines(id);
     } else {
       this.buildText(id);
     }
+  }
+
+  /** Each of several has a line. */
+  buildLines(id) {
+    this.input = html('textarea', {id, rows: 2, spellcheck: 'false', autocomplete: 'off'});
+    const given = () => this.input.value.split('\n').map(line => line.trim()).filter(Boolean).join('\n');
+    this.input.addEventListener('change', () => this.edit(given() || undefined, false));
+    this.control = html('div', {class: 'control'}, html('span', {class: 'with-unit'}, this.input));
   }
 
   buildText(id) {
@@ -198,7 +208,7 @@ export class Settings {
   /** Whether there is text in a field that is not yet taken. */
   isTyping() {
     return [...this.fields.values()].some(
-        ({input, shown}) => input === document.activeElement && input.type === 'text' && input.value !== shown);
+        ({input, shown}) => input === document.activeElement && shown !== undefined && input.value !== shown);
   }
 
   complain(name, message) {
@@ -221,6 +231,12 @@ const kPictures = {
   dice: 'M5 5h18v18H5ZM10 10v.1M18 18v.1M14 14v.1'
 };
 
+/** "hollow MESH so that it floats upright": its end. */
+function wordsOfGoal(words) {
+  const end = words.replace(/^hollow MESH (so that it )?/, '');
+  return end[0].toUpperCase() + end.slice(1);
+}
+
 /** What it shall do, to be chosen. */
 export class Goals {
   constructor(goals, choose) {
@@ -234,7 +250,7 @@ export class Goals {
                 ({name, words}) => html(
                     'label', {}, this.inputs.get(name),
                     svg('svg', {viewBox: '0 0 28 28', 'aria-hidden': 'true'}, svg('path', {d: kPictures[name] ?? ''})),
-                    html('span', {}, html('b', {}, titled(name)), html('small', {}, words))))));
+                    html('span', {}, html('b', {}, titled(name)), html('small', {}, wordsOfGoal(words)))))));
   }
 
   show(goal) {

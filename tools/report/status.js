@@ -3,11 +3,12 @@
 import {button, html, verdictOf} from './panels.js';
 import {plainWords, short, units} from './words.js';
 
-const kParts = ['busy', 'refusal', 'hint', 'answer', 'solving', 'downloads', 'note', 'notes'];
+const kParts = ['busy', 'unusable', 'refusal', 'hint', 'answer', 'solving', 'downloads', 'note', 'notes'];
 const kMostFigures = 14;
 
 export class Status {
-  constructor({run, cancel}) {
+  constructor({run, cancel, repair}) {
+    this.repair = repair;
     this.auto = html('input', {type: 'checkbox', checked: true});
     this.runButton = button('Make it', run, {class: 'main'});
     this.bar = html('progress', {max: 1, 'aria-label': 'Progress'});
@@ -37,12 +38,20 @@ export class Status {
     this.fill('solving', ready && !answer && !refusal, () => html('p', {class: 'busy'}, 'Solving \u2026'));
     this.fill('downloads', last, () => downloads(last.files));
     this.fill('note', note, () => html('p', {class: 'note'}, note));
+    this.fill('unusable', mesh?.summary.refusal && mesh, () => this.unusable(mesh.summary));
     this.fill('notes', notes?.length && mesh, () => html('ul', {class: 'note'}, notes.map(text => html('li', {}, units(text)))));
     this.element.classList.toggle('waiting', !current && !refusal);
     if (running) this.showProgress(running.told ?? {});
     this.progress.hidden = !running;
     this.runBar.hidden = !ready;
     this.runButton.hidden = Boolean(running || last);
+  }
+
+  /** A surface that is not closed. */
+  unusable({refusal, repairable}) {
+    return html(
+        'div', {class: 'refusal'}, html('p', {}, units(refusal)),
+        repairable ? button('Close its holes, by a guess', this.repair) : null);
   }
 
   /** Made anew only where it is of something else: what has the focus keeps it. */
@@ -92,10 +101,10 @@ function figureRow([words, unit, value, name]) {
 }
 
 function downloads(files) {
-  return html(
-      'div', {class: 'downloads'},
-      files.map(
-          ({name, words}, n) => html(
-              'a', {class: n ? 'plain' : 'main', href: `download/${encodeURIComponent(name)}`, download: name},
-              n ? words || name : `Download ${words || name}`)));
+  const [first, ...others] =
+      files.map(({name, words}) => [{href: `download/${encodeURIComponent(name)}`, download: name}, name, words]);
+  if (!first) return '';
+  const item = ([attributes, name, words], look, before) =>
+      html('li', {}, html('a', {...attributes, ...look}, before, name), html('small', {}, words));
+  return html('ul', {class: 'downloads'}, item(first, {class: 'main'}, 'Download '), others.map(file => item(file, {}, '')));
 }

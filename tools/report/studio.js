@@ -35,10 +35,10 @@ const pointOf = text => {
 };
 
 /** A preview as the view takes it. */
-function dataOf({figures, attitude, criteria}, view) {
-  const after = Object.fromEntries(figures.map(([, , value, name]) => [name, value]));
+function dataOf({figures, attitude, criteria, after = {}}, view) {
+  const numbers = Object.fromEntries(figures.map(([, , value, name]) => [name, value]));
   return {
-    report: {after, before: null, solver: null},
+    report: {after: {...numbers, ...after}, before: null, solver: null},
     told: {criteria: criteria ?? []},
     view: {
       ...view,
@@ -117,7 +117,7 @@ class Studio {
     this.result = html('section', {class: 'result', 'aria-label': 'Last full run'});
     this.choosing = html('section', {class: 'choosing', 'aria-label': 'Settings'}, this.settings.element);
     this.ask = html('section', {class: 'ask', 'aria-label': 'Goal'}, this.goals.element);
-    this.status = new Status({run: () => this.run(), cancel: () => this.cancel()});
+    this.status = new Status({run: () => this.run(), cancel: () => this.cancel(), repair: () => this.edit({repair: ''}, false)});
     root.classList.add('studio');
     this.main = html(
         'main', {}, html('div', {class: 'left'}, this.ask, this.choosing),
@@ -223,7 +223,7 @@ class Studio {
     const before = this.rows(), rows = this.rows(goal);
     const kept = Object.entries(this.draft.settings).filter(([name]) => {
       const row = rows.find(row => row.name === name), old = before.find(row => row.name === name);
-      return row && old && sameRow(row, old);
+      return row && (!before.length || (old && sameRow(row, old)));
     });
     this.become({...this.draft, goal, settings: Object.fromEntries(kept)}, false);
   }
@@ -300,11 +300,11 @@ class Studio {
 
   async openConfig(file) {
     try {
-      const {mesh, settings} = readConfig(await file.text(), file.name);
+      const {mesh, settings} = readConfig(await file.text(), file.name, this.isRepeated);
       const names = Object.keys(settings);
       const knows = goal => names.every(name => this.rows(goal).some(row => row.name === name));
       const all = this.begin.goals.map(({name}) => name);
-      const named = all.find(name => file.name.replace(/\.json$/i, '').endsWith(`_${name}`));
+      const named = all.find(name => file.name.replace(/(\.config)?\.json$/i, '').endsWith(`_${name}`));
       const goal = [named, this.draft.goal, ...all].find(name => name && knows(name)) ?? this.draft.goal;
       const strange = names.filter(name => !this.rows(goal).some(row => row.name === name));
       const note = [
@@ -319,6 +319,8 @@ class Studio {
       this.refused(new Refusal({kind: 'usage', message: error.message}));
     }
   }
+
+  isRepeated = name => this.begin.goals.some(({settings}) => settings.some(row => row.name === name && row.repeated));
 
   saveConfig() {
     const {mesh, goal} = this.draft;
