@@ -1,10 +1,9 @@
 // What the studio has to say: what is wrong, what it found, how far a run is, what there is to download.
 
 import {button, html, verdictOf} from './panels.js';
-import {plainWords, short, units} from './words.js';
+import {plainWords, units} from './words.js';
 
 const kParts = ['busy', 'unusable', 'refusal', 'hint', 'answer', 'solving', 'downloads', 'note', 'notes'];
-const kMostFigures = 14;
 
 export class Status {
   constructor({run, cancel, repair}) {
@@ -78,26 +77,20 @@ function refusalCard(words) {
   return html('div', {class: 'refusal', role: 'alert'}, words.split('\n').filter(Boolean).map(line => html('p', {}, units(line))));
 }
 
-function previewCard({told, criteria, figures, data}, old) {
+function previewCard({told, criteria, rows, data}, old) {
   const [first, ...more] = told;
-  const failed = (criteria ?? []).filter(criterion => !criterion.pass);
+  const failed = criteria.filter(criterion => !criterion.pass);
   return html(
       'div', {class: old ? 'preview old' : 'preview'},
       html('p', {class: 'word'}, old ? 'ANSWER TO OLDER SETTINGS' : 'PREVIEW, NOT VERIFIED'),
       first ? html('p', {class: 'lead'}, units(first)) : null, more.map(line => html('p', {class: 'more'}, units(line))),
       failed.length ? html('ul', {class: 'doubts'}, failed.map(one => html('li', {}, plainWords(one, data.view.attitudes)))) : null,
-      html('table', {class: 'figures'}, html('tbody', {}, figures.filter(isShown).slice(0, kMostFigures).map(figureRow))));
-}
-
-const isShown = ([words, , value]) => words && (value === null || typeof value === 'number');
-
-function figureRow([words, unit, value, name]) {
-  const number = value === null ? '\u2013' :
-      Math.abs(value) >= 1e5    ? units(value.toExponential(3)) :
-                                  short(value, value && Math.abs(value) < 1 ? 3 : 2);
-  return html(
-      'tr', {'data-name': name}, html('th', {scope: 'row'}, units(words)),
-      html('td', {}, number, value === null || !unit ? '' : ` ${units(unit)}`));
+      html(
+          'table', {class: 'figures'},
+          html(
+              'tbody', {},
+              rows.table.map(
+                  ([words, , value]) => html('tr', {}, html('th', {scope: 'row'}, units(words)), html('td', {}, units(value)))))));
 }
 
 function downloads(files) {

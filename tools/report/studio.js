@@ -35,11 +35,10 @@ const pointOf = text => {
 };
 
 /** A preview as the view takes it. */
-function dataOf({figures, attitude, criteria, after = {}}, view) {
-  const numbers = Object.fromEntries(figures.map(([, , value, name]) => [name, value]));
+function dataOf({attitude, criteria, after}, view) {
   return {
-    report: {after: {...numbers, ...after}, before: null, solver: null},
-    told: {criteria: criteria ?? []},
+    report: {after, before: null, solver: null},
+    told: {criteria},
     view: {
       ...view,
       attitudes: [{prefix: '', words: '', ...attitude}],
