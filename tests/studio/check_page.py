@@ -277,13 +277,14 @@ def check_handles(page):
 
 
 def check_refusals(page):
-    before = page.figures() or page.js("document.querySelector('.result').textContent")
+    page.wait_for_run()
+    lead = page.js("document.querySelector('.verdict .lead').textContent")
     page.type("waterline", "0.4")
     page.wait("document.querySelector('.refusal')", "a refusal")
     words = page.js("document.querySelector('.refusal').textContent")
     expect(len(words) > 30, f"a refusal is told in words: {words}")
     expect(page.verdict() == "" and page.js("document.querySelector('.look').classList.contains('old')"), "what is seen is marked as old")
-    expect(len(before) > 0 and page.js("document.querySelector('.result').textContent.length") > 100, "and is still there")
+    expect(page.js("document.querySelector('.preview.old .lead').textContent") == lead, "and is still there, in words too")
     page.look("refused")
     page.undo()
     page.type("wall", "-1")

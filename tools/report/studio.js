@@ -48,6 +48,13 @@ function dataOf({attitude, criteria, after}, view) {
   };
 }
 
+/** What a full run told, to be shown as an older answer when it is none to what is chosen any more. */
+function previewOf({key, data}, before) {
+  const {meaning, criteria, figures} = data.told;
+  const spec = before?.key === key ? before.spec : data.report.options;
+  return {key, data, spec, criteria, goal: data.report.command, told: meaning, rows: figures, sequence: 'run'};
+}
+
 /** The outside as it is after --size and --unit; the same one where it is as large as before. */
 function scaled(mesh, scale) {
   if (scale === 1) return mesh;
@@ -432,6 +439,7 @@ class Studio {
     this.result.replaceChildren(this.oldWords, html('div', {class: 'panels'}, panels));
     new Charts(charts).follow(this.stage, last.data);
     this.stage.show(last.data, last.meshes, 'keep');
+    this.preview = previewOf(last, this.preview);
     this.shown = last;
   }
 
