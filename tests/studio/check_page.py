@@ -373,13 +373,20 @@ def check_layout(page):
         page.look(f"layout-{width}{'-dark' if dark else ''}")
 
 
-def check_without_webgl(page):
+def check_without_webgl(page, bird):
     page.wait("window.rayrep.studio.draft.mesh", "the mesh of the command line")
     page.click("label:has(input[name=goal][value=float])")
     page.wait_for_preview()
     expect(page.js("document.querySelectorAll('.preview .figures tr').length") > 2, "without WebGL there are figures")
     expect(page.js("document.querySelector('.section .material').getAttribute('d').length") > 500, "and a section")
     page.look("without-webgl")
+    page.js("window.rayrep.studio.status.auto.click()")
+    page.chromium.choose("#file", bird)
+    page.wait("window.rayrep.studio.draft.mesh.name === 'bird.stl'", "the bird")
+    page.undo()
+    page.wait("window.rayrep.studio.draft.mesh.name === 'duck.stl'", "the duck of the command line")
+    page.wait_for_preview()
+    expect(page.js("document.querySelector('h1').textContent") == "duck.stl", "undo goes back to the mesh of the command line")
     expect(page.complaints() == [], f"nothing is complained of {page.complaints()}")
 
 
@@ -417,7 +424,7 @@ def main():
             expect("does not answer" in page.js("document.querySelector('.refusal').textContent"), "that the server has ended is told")
         with Server(tool, folder, str(duck)) as server, browser.Browser(webgl=False) as chromium:
             chromium.size(1400, 1000, False, True)
-            check_without_webgl(Page(chromium, server.address, pictures, folder / "downloads"))
+            check_without_webgl(Page(chromium, server.address, pictures, folder / "downloads"), bird)
     finally:
         shutil.rmtree(folder)
     print(f"{len(problems)} problems, {time.monotonic() - kBegun:.0f} s")

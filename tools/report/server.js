@@ -17,7 +17,8 @@ async function ask(path, options) {
   let answer;
   try {
     answer = await fetch(path, {cache: 'no-store', ...options});
-  } catch {
+  } catch (error) {
+    if (error.name === 'AbortError') throw new Refusal({kind: 'superseded', message: ''});
     throw new Refusal(
         {kind: 'gone', message: 'rayrep studio does not answer: it was ended, or the connection was. Start it again.'});
   }
@@ -37,7 +38,7 @@ function refusalOr(error) {
   throw error;
 }
 
-const posted = async (path, what) => (await ask(path, {method: 'POST', body: JSON.stringify(what)})).json();
+const posted = async (path, what, options) => (await ask(path, {method: 'POST', body: JSON.stringify(what), ...options})).json();
 
 /** Meshes by id, of the blocks of an answer. */
 const meshesIn = ({view, blocks}) => new Map(view.meshes.map(({id}) => [id, unpack(bytesOf(blocks[id]), view)]));
@@ -57,7 +58,9 @@ export async function sendMesh(file, name) {
 /** The file that the server began with. */
 export const firstFile = async () => (await ask('mesh')).blob();
 
-/** Asks for previews: one at a time, then for the last that was wanted meanwhile. */
+const kLongPreview_ms = 2000;
+
+/** Asks for previews: one at a time, then for the last that was wanted meanwhile. One that takes long is given up for that. */
 export class Previews {
   /** @param told  called with what was asked, and with the answer or a Refusal */
   constructor(told) {
@@ -69,7 +72,10 @@ export class Previews {
 
   want(state) {
     this.next = state;
-    if (!this.busy) this.work();
+    if (!this.busy)
+      this.work();
+    else if (performance.now() - this.begun > kLongPreview_ms)
+      this.inFlight.abort();
   }
 
   forget() {
@@ -81,7 +87,11 @@ export class Previews {
     while (this.next) {
       const state = this.next;
       this.next = null;
-      const answer = await posted('preview', {...wantedOf(state), sequence: ++this.sequence}).catch(refusalOr);
+      const {signal} = this.inFlight = new AbortController();
+      this.begun = performance.now();
+      const timer = setTimeout(() => this.next && this.inFlight.abort(), kLongPreview_ms);
+      const answer = await posted('preview', {...wantedOf(state), sequence: ++this.sequence}, {signal}).catch(refusalOr);
+      clearTimeout(timer);
       // What another page has asked for does not answer this one.
       if (answer.kind === 'superseded')
         this.next ??= state;

@@ -35,13 +35,13 @@ const pointOf = text => {
 };
 
 /** A preview as the view takes it. */
-function dataOf({attitude, criteria, after}, view) {
+function dataOf({attitudes, criteria, after}, view) {
   return {
     report: {after, before: null, solver: null},
     told: {criteria},
     view: {
       ...view,
-      attitudes: [{prefix: '', words: '', ...attitude}],
+      attitudes,
       note: 'A quick, coarse answer. The inside is drawn as it is solved, before it becomes a surface.',
       meshes: [view.meshes[0], {id: 'columns', what: 'cavity', words: '', triangles: 0, shown: 0, closed: true}]
     }
@@ -52,7 +52,7 @@ function dataOf({attitude, criteria, after}, view) {
 function previewOf({key, data}, before) {
   const {meaning, criteria, figures} = data.told;
   const spec = before?.key === key ? before.spec : data.report.options;
-  return {key, data, spec, criteria, goal: data.report.command, told: meaning, rows: figures, sequence: 'run'};
+  return {key, data, spec, criteria, goal: data.report.command, told: meaning, rows: figures, sequence: 0};
 }
 
 /** The outside as it is after --size and --unit; the same one where it is as large as before. */
@@ -372,7 +372,7 @@ class Studio {
     const meshes = new Map(preview.shell.meshes).set('columns', preview.surface);
     const moving = this.draft !== this.history.now;
     const {attitude} = stage;
-    if (!this.held) stage.points = {center: preview.attitude.point_mm ?? null, target: pointOf(preview.spec.target)};
+    if (!this.held) stage.points = {center: preview.attitudes[0].point_mm ?? null, target: pointOf(preview.spec.target)};
     stage.show(preview.data, meshes, moving ? 'hold' : 'keep');
     // What the hand holds stays in the hand.
     if (this.held && !this.isCurrent(preview))
