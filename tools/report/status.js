@@ -3,7 +3,7 @@
 import {button, html, verdictOf} from './panels.js';
 import {plainWords, units} from './words.js';
 
-const kParts = ['busy', 'unusable', 'refusal', 'hint', 'answer', 'solving', 'downloads', 'note', 'notes'];
+const kParts = ['busy', 'refusal', 'holes', 'hint', 'answer', 'solving', 'downloads', 'note', 'notes'];
 
 export class Status {
   constructor({run, cancel, repair}) {
@@ -21,10 +21,11 @@ export class Status {
   }
 
   /**
-   * @param of  loading (a file's name), refusal and its words, hint, mesh, ready (there is a mesh and a goal), last (a full run,
-   *     where it is one of what is chosen), preview (else), current (that is of what is chosen), note, running
+   * @param of  loading (a file's name), refusal and its words, hint, mesh, repairs (holes are closed), ready (there is a mesh and a
+   *     goal), last (a full run, where it is one of what is chosen), preview (else), current (that is of what is chosen), note,
+   *     running
    */
-  show({loading, refusal, words, hint, mesh, ready, last, preview, current, note, running}) {
+  show({loading, refusal, words, hint, mesh, repairs, ready, last, preview, current, note, running}) {
     const old = Boolean(refusal) && !current;
     const answer = last ?? preview;
     const notes = mesh?.summary.notes;
@@ -37,7 +38,8 @@ export class Status {
     this.fill('solving', ready && !answer && !refusal, () => html('p', {class: 'busy'}, 'Solving \u2026'));
     this.fill('downloads', last, () => downloads(last.files));
     this.fill('note', note, () => html('p', {class: 'note'}, note));
-    this.fill('unusable', mesh?.summary.refusal && mesh, () => this.unusable(mesh.summary));
+    const holes = mesh?.summary.refusal && !repairs ? mesh.summary : null;
+    this.fill('holes', holes && (refusal ? holes.repairable && 'button' : 'words'), () => this.holesCard(holes, !refusal));
     this.fill('notes', notes?.length && mesh, () => html('ul', {class: 'note'}, notes.map(text => html('li', {}, units(text)))));
     this.element.classList.toggle('waiting', !current && !refusal);
     if (running) this.showProgress(running.told ?? {});
@@ -47,9 +49,9 @@ export class Status {
   }
 
   /** A surface that is not closed. */
-  unusable({refusal, repairable}) {
+  holesCard({refusal, repairable}, inWords) {
     return html(
-        'div', {class: 'refusal'}, html('p', {}, units(refusal)),
+        'div', {class: inWords ? 'refusal' : ''}, inWords ? html('p', {}, units(refusal)) : null,
         repairable ? button('Close its holes, by a guess', this.repair) : null);
   }
 

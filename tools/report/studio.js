@@ -542,6 +542,7 @@ class Studio {
           Object.keys(settings).length ? '' :
                                          'Drag a round handle in the view, or a slider: the answer follows.',
       mesh,
+      repairs: 'repair' in settings,
       ready,
       last: ready && verified ? this.last : null,
       preview: ready && !verified ? this.preview : null,
