@@ -1,5 +1,5 @@
 # `cpack -G DEB` in a build folder (preset release): rayrep_VERSION_ARCH.deb, the command, and librayrep-dev_..., what is built with it.
-# tests/packages/run.sh installs and runs them on a bare Debian 12.
+# With RAYREP_PYTHON also python3-rayrep. tests/packages/run.sh installs and runs them on a bare Debian 12.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_CONTACT "the rayrep authors <rayrep@example.org>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # would go before each package's own
@@ -25,4 +25,15 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
     "libeigen3-dev, libtbb-dev, libembree-dev, libopenvdb-dev, coinor-libipopt-dev, libboost-dev, libzip-dev, libpng-dev, libcairo2-dev, libpugixml-dev, pkg-config")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
     "rayrep as a C++ library\nStatic library, headers and CMake package: find_package(rayrep) gives the\ntarget rayrep::rayrep.")
+
+if(RAYREP_PYTHON)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-rayrep)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.11), python3 (<< 3.12), python3-numpy")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-matplotlib, prusa-slicer")
+  set(CPACK_COMPONENT_PYTHON_DESCRIPTION
+      "hollows 3D prints so that they float, spin or stand (Python)\nMeshes as numpy arrays in, hollowed and judged ones out, with hydrostatics,\nstable speeds, tipping angles and what G-code prints: import rayrep.")
+endif()
 include(CPack)

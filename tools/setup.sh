@@ -3,6 +3,7 @@
 #
 #   tools/setup.sh run     what building and running the rayrep command needs
 #   tools/setup.sh test    the same, and what the tests and the format check need (default)
+#   tools/setup.sh python  what building the Python package needs (-D RAYREP_PYTHON=ON)
 #   tools/setup.sh bench   what building and running the benchmarks needs
 set -eu
 
@@ -10,19 +11,21 @@ build_packages="g++ cmake ninja-build pkg-config ccache"
 library_packages="libeigen3-dev libtbb-dev libembree-dev libopenvdb-dev coinor-libipopt-dev
   libboost-dev libboost-program-options-dev libzip-dev libpng-dev libcairo2-dev libpugixml-dev nlohmann-json3-dev libfmt-dev libssl-dev
   libcpp-httplib-dev"
+python_packages="python3 python3-dev python3-numpy pybind11-dev"
 # MuJoCo, PrusaSlicer and Slic3r are asked what they make of delivered files, Chromium looks at reports; without them these tests are
 # skipped; Slurm and GNU parallel run shards of a batch.
 test_packages="libgtest-dev libgmock-dev clang-format-14 libmujoco-dev prusa-slicer slic3r
-  python3 python3-jsonschema chromium slurm-wlm munge parallel"
+  python3-matplotlib mypy python3-jsonschema chromium slurm-wlm munge parallel"
 
 say() { echo "setup: $*" >&2; }
 
 case "${1-test}" in
   run) wanted="$build_packages $library_packages" ;;
   bench) wanted="$build_packages $library_packages libbenchmark-dev" ;;
-  test) wanted="$build_packages $library_packages $test_packages" ;;
-  -h | --help) sed -n '2,6s/^# \{0,1\}//p' "$0"; exit 0 ;;
-  *) say "unknown argument '$1': give 'run', 'test' or 'bench'"; exit 2 ;;
+  python) wanted="$build_packages $library_packages $python_packages" ;;
+  test) wanted="$build_packages $library_packages $python_packages $test_packages" ;;
+  -h | --help) sed -n '2,7s/^# \{0,1\}//p' "$0"; exit 0 ;;
+  *) say "unknown argument '$1': give 'run', 'python', 'test' or 'bench'"; exit 2 ;;
 esac
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then

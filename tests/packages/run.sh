@@ -9,7 +9,7 @@ place=$(mktemp -d)
 trap 'umount -q "$place/bare/proc" || true; rm -rf "$place"' EXIT
 trap 'exit 130' INT TERM
 
-cmake --preset release -S "$root" >&2
+cmake --preset release -S "$root" -D RAYREP_PYTHON=ON >&2
 cmake --build "$root/build/release" -j "$(nproc)" >&2
 (cd "$root/build/release" && cpack -G DEB -B "$place/packages" >&2)
 ls -l "$place"/packages/*.deb
@@ -40,6 +40,11 @@ within sh -c 'cd /tmp && ! /usr/share/rayrep/judge_print.sh duck.stl --goal floa
 echo "== a program that is built with librayrep-dev"
 within sh -c 'apt-get -qq install -y --no-install-recommends /tmp/librayrep-dev_*.deb cmake g++ make >/dev/null'
 within sh -c 'cmake -S /tmp/consumer -B /tmp/built >/dev/null && cmake --build /tmp/built >/dev/null && /tmp/built/consumer'
+echo "== Python"
+within sh -c 'apt-get -qq install -y --no-install-recommends /tmp/python3-rayrep_*.deb >/dev/null'
+within python3 -c 'import rayrep
+result = rayrep.hollow("/tmp/duck.stl", "float", resolution=60)
+print(result.figures["mass_g"], bool(rayrep.verify(result.mesh, original="/tmp/duck.stl", **result.spec)))'
 echo "== removed again"
-within sh -c 'apt-get -qq purge -y rayrep librayrep-dev >/dev/null && ! test -e /usr/bin/rayrep && ! test -e /usr/include/rayrep'
+within sh -c 'apt-get -qq purge -y rayrep librayrep-dev python3-rayrep >/dev/null && ! test -e /usr/bin/rayrep && ! test -e /usr/include/rayrep && ! test -e /usr/lib/python3/dist-packages/rayrep'
 echo "ok"
