@@ -46,12 +46,14 @@ class Interrupted(Error):
     """`progress` returned False. Ctrl-C raises KeyboardInterrupt, and what `progress` raises comes out as it is."""
 
 
+_OPTION = re.compile(r"(?<![\w-])--([a-z][a-z0-9-]*)(?: (-?\d+(?:\.\d+)?(?![\w%.]|,\d)|[A-Z][A-Z0-9_,]+\b))?")
+
+
 def in_python(text: str) -> str:
-    """A message that speaks of options as of keywords: "--min-cavity 4" is "min_cavity=4"."""
+    """A message that speaks of options as of keywords: "--max-tilt 4" is "max_tilt=4", "--infill FILE" is "infill=FILE"."""
 
     def keyword(match: "re.Match[str]") -> str:
         name = match[1].replace("-", "_")
         return name if match[2] is None else f"{name}={match[2]}"
 
-    text = re.sub(r"end '[^']*' in \.3mf", "say format='3mf'", text)
-    return re.sub(r"(?<![\w-])--([a-z][a-z0-9-]*)(?: (-?\d+(?:\.\d+)?)(?![\w,]))?", keyword, text)
+    return _OPTION.sub(keyword, re.sub(r"end '[^']*' in \.3mf", "say format='3mf'", text))

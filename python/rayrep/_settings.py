@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import keyword
 import os
 import textwrap
 from functools import lru_cache
@@ -43,8 +44,9 @@ class Setting(NamedTuple):
 
 
 def keyword_of(option: str) -> str:
-    """The keyword for an option of the command: "min-cavity" is min_cavity, "3mf-flavor" is flavor."""
-    return "flavor" if option == "3mf-flavor" else option.replace("-", "_")
+    """The keyword for an option of the command: "max-tilt" is max_tilt, "3mf-flavor" is flavor, "lambda" is lambda_."""
+    name = "flavor" if option == "3mf-flavor" else option.replace("-", "_")
+    return name + "_" if keyword.iskeyword(name) else name
 
 
 class Settings(Mapping[str, Setting]):
@@ -124,8 +126,8 @@ def _refuse(function: str, names: List[str], known: Settings, goal: str) -> None
         elif others:
             text += f" It belongs to {', '.join(others)}."
         if goal:
-            of = '"' if function in ("hollow", "suggest") else '", of="verify"'
-            text += f' rayrep.settings("{goal}{of[0] if len(of) == 1 else of}) lists all.'
+            of = "" if function in ("hollow", "suggest") else ', of="verify"'
+            text += f' rayrep.settings("{goal}"{of}) lists all.'
         raise TypeError(text)
 
 
@@ -167,6 +169,8 @@ def words_of(row: Setting, value: Any) -> List[str]:
         if not isinstance(value, (bool, np.bool_)):
             raise TypeError(f"{row.name} is True or False; it is {value!r}.")
         return [option] if value else []
+    if row.kind == "whole" and isinstance(value, (float, np.floating)) and float(value).is_integer():
+        value = int(value)
     several = row.repeated and isinstance(value, (list, tuple)) and not all(isinstance(v, (int, float)) for v in value)
     return [f"{option}={text_of(row.name, one)}" for one in (value if several else [value])]
 

@@ -1,5 +1,6 @@
 """Runs: the command's twin, settings, errors by kind, cancelling, threads."""
 import json
+import keyword
 import os
 import signal
 import subprocess
@@ -12,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import rayrep
+from rayrep import _errors
 from solids import EXAMPLES, ball
 
 COMMAND = os.environ.get("RAYREP", "rayrep")
@@ -135,6 +137,19 @@ class Settings(unittest.TestCase):
             keywords = {row.option for row in rayrep.settings(goal).values()}
             self.assertEqual({n for n in named if n and n not in instead} - keywords, set(), goal)
             self.assertGreater(len(keywords), 20)
+
+    def test_keywords_can_be_written(self):
+        for goal in rayrep.GOALS:
+            for name in rayrep.settings(goal):
+                self.assertTrue(name.isidentifier() and not keyword.iskeyword(name), name)
+        spun = rayrep.hollow(EXAMPLES / "tilted_ellipsoid.stl", "spin", lambda_=0.2, resolution=40.0)
+        self.assertEqual(spun.report()["options"]["lambda"], "0.2")
+
+    def test_messages_speak_of_keywords(self):
+        for said, meant in (("Say --max-tilt 4, too.", "Say max_tilt=4, too."), ("--up 0,1,0.5 or --wall.", "up 0,1,0.5 or wall."),
+                            ("Or --density G_CM3.", "Or density=G_CM3."), ("--hang X,Y,Z", "hang=X,Y,Z"), ("a -- b --3", "a -- b --3"),
+                            ("--submerged 70%", "submerged 70%"), ("x--wall", "x--wall")):
+            self.assertEqual(_errors.in_python(said), meant)
 
     def test_the_docstring_names_all_with_their_units(self):
         for goal in rayrep.GOALS:
