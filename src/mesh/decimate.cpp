@@ -194,7 +194,7 @@ void Decimator::find_costs() {
   quadric.diagonal().array() += kShortFirst * kShortFirst * error2_;
   costs_.clear();
   for (const Vector3d& spoke : edges_.spokes()) {
-    const double cost = spoke.dot(quadric * spoke);
+    const double cost = std::max(0.0, spoke.dot(quadric * spoke));
     costs_.push_back(cost <= most ? static_cast<float>(cost) : kNever);
   }
 }

@@ -11,7 +11,8 @@ namespace rayrep {
 
 struct DecimateOptions {
   double chord_error_mm = 0.02;
-  /// What becomes of a mesh when it is delivered: no triangles may cross then. Empty: coordinates are rounded to float32.
+  /// What becomes of a mesh when it is delivered, triangle by triangle: no triangles may cross then. Empty: coordinates are rounded
+  /// to float32.
   std::function<Mesh(const Mesh&)> as_delivered;
 };
 

@@ -87,6 +87,17 @@ double farthest(const Mesh& from, int steps, const Mesh& to) {
 
 double farthest_vertex(const Mesh& from, const Mesh& to) { return farthest(from, 1, to); }
 
+// The smallest height over the longest side of a triangle.
+double most_slender(const Mesh& mesh) {
+  double least = 1;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vector3d a = mesh.corner(t, 1) - mesh.corner(t, 0);
+    const Vector3d b = mesh.corner(t, 2) - mesh.corner(t, 0);
+    least = std::min(least, a.cross(b).norm() / std::max({a.squaredNorm(), b.squaredNorm(), (a - b).squaredNorm()}));
+  }
+  return least;
+}
+
 // What holds for whatever is decimated.
 void expect_sound(const Mesh& given, const DecimatedMesh& result, double error_mm) {
   expect_manifold(result.mesh);
@@ -95,6 +106,7 @@ void expect_sound(const Mesh& given, const DecimatedMesh& result, double error_m
   EXPECT_EQ(result.crossing, 0u);
   EXPECT_EQ(euler_characteristic(result.mesh), euler_characteristic(given));
   EXPECT_EQ(connected_components(result.mesh).count, connected_components(given).count);
+  EXPECT_GE(most_slender(result.mesh), std::min(0.05, most_slender(given)) * (1 - 1e-9));
   EXPECT_LE(farthest_vertex(given, result.mesh), error_mm * (1 + 1e-6));
   const double area = std::max(surface_area(given), surface_area(result.mesh));
   EXPECT_LE(std::abs(mesh_moments(given)[M1] - mesh_moments(result.mesh)[M1]), error_mm * area);
@@ -289,6 +301,13 @@ TEST(Decimate, WhatCrossesInTheGivenMeshIsCounted) {
   EXPECT_GT(result.crossing, 10u);
   expect_manifold(result.mesh);
   EXPECT_LE(farthest_vertex(mesh, result.mesh), 0.02 + 1e-9);
+}
+
+TEST(Decimate, WithoutAnErrorTakesOnlyWhatIsFlat) {
+  const Mesh ball = test::icosphere(3, 3);
+  EXPECT_EQ(within(0, ball).mesh.triangles, ball.triangles);
+  const Mesh box = test::subdivided(test::box({0, 0, 0}, {4, 2, 8}), 4);
+  EXPECT_EQ(within(0, box).mesh.triangles.size(), 12u);
 }
 
 TEST(Decimate, NothingAndATetrahedronStay) {
