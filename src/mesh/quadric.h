@@ -1,0 +1,32 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace rayrep {
+
+/// A quadric as a function of the point: f(p) = constant + slope . p + p^T hessian p / 2.
+struct Quadric {
+  Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d slope = Eigen::Vector3d::Zero();
+  double constant = 0;
+
+  double value(const Eigen::Vector3d& p) const { return constant + (slope + 0.5 * hessian * p).dot(p); }
+  Eigen::Vector3d gradient(const Eigen::Vector3d& p) const { return slope + hessian * p; }
+
+  /// f / |grad f|: the distance to f = 0, of first order, positive where f is; infinite where f has no slope.
+  double distance(const Eigen::Vector3d& p) const {
+    const double v = value(p);
+    return v == 0 ? 0 : v / gradient(p).norm();
+  }
+  /// The point of f = 0 that steps along the gradient lead to; p itself where it has no slope.
+  Eigen::Vector3d nearest(Eigen::Vector3d p) const {
+    for (int step = 0; step < 4; ++step) {
+      const Eigen::Vector3d g = gradient(p);
+      if (g.squaredNorm() == 0) break;
+      p -= value(p) / g.squaredNorm() * g;
+    }
+    return p;
+  }
+};
+
+}  // namespace rayrep

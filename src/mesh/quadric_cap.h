@@ -1,0 +1,17 @@
+#pragma once
+
+#include <vector>
+
+#include "mesh/quadric.h"
+#include "rayrep/mesh/mesh.h"
+
+namespace rayrep {
+
+/// Appends the part of f = 0 that loops bound, as triangles that face the side where f is negative. The quadric is mapped to the
+/// plane, where the loops are triangulated and points added until no triangle is farther from it than the error allows; they are
+/// put on f = 0. theory.md (87)
+/// @param loops  vertices of `mesh` on f = 0, in the way in which the caps run
+/// @returns false, and leaves the mesh as it is, where no map of the quadric holds them: loops that cross, or leave an end open
+bool append_caps(const Quadric& f, const std::vector<std::vector<int>>& loops, double error_mm, Mesh& mesh);
+
+}  // namespace rayrep

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "mesh/quadric.h"
+#include "rayrep/mesh/mesh.h"
+
+namespace rayrep {
+
+/// The surface that a mesh stands for, near a point.
+struct LevelAt {
+  double height_mm = 0;                               ///< the point's distance from it, positive outside; of first order
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< of the surface, outward
+};
+/// None: out of reach.
+using LevelSurface = std::function<std::optional<LevelAt>(const Eigen::Vector3d&)>;
+
+struct QuadricClipOptions {
+  double error_mm = 0.02;  ///< of chords: as far as edges and triangles may be from the curve and from f = 0
+  LevelSurface surface;    ///< vertices on the cut are put on it, too; empty: they stay on the mesh
+};
+
+struct QuadricClipped {
+  enum class On : char { surface, crease, cap };
+  Mesh mesh;           ///< closed
+  std::vector<On> on;  ///< of each vertex; points of the cut that found no place on both surfaces are of the cap
+};
+
+/// What of a closed mesh lies where f > 0, closed by caps on f = 0. theory.md (87)
+///
+/// Which triangles are cut is told by the signs of f at the vertices alone, so that the cut closes whatever the numbers are; edges
+/// and triangles in which f changes its sign twice, by more than the error, are split before. The points where edges cross f = 0
+/// are moved onto both surfaces, those close to a vertex are that vertex. Vertices that are not cut stay as they are, bit by bit.
+/// Takes time in the number of triangles, and a logarithm more of those that are cut.
+/// @param mesh  closed, every edge in two triangles, facing outward; not crossing itself
+/// @return      none where the curves on f = 0 do not bound parts of it that can be triangulated, as where they come nearer to each
+///              other than the error; all or nothing of the mesh where f = 0 does not meet it. A sheet of f = 0 that lies wholly
+///              within the mesh is not seen.
+std::optional<QuadricClipped> clipped(const Mesh& mesh, const Quadric& f, const QuadricClipOptions& options);
+
+/// The same triangles for a slightly different f: vertices of caps move along its gradient, those of creases along both surfaces.
+/// What it does is smooth in f.
+/// @returns false where a triangle thicker than the error turned by more than 60 degrees
+bool follow(QuadricClipped& clipped, const Quadric& f, const QuadricClipOptions& options);
+
+}  // namespace rayrep

@@ -1,0 +1,420 @@
+// Clips by quadrics, and what they are made of: triangulations in the plane that keep sides, and charts of quadrics.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "mesh/mesh_edges.h"
+#include "mesh/planar_triangulation.h"
+#include "mesh/predicates.h"
+#include "mesh/quadric_chart.h"
+#include "mesh/quadric_clip.h"
+#include "rayrep/make/cavity.h"
+#include "rayrep/mesh/level_set.h"
+#include "solids.h"
+
+namespace rayrep {
+namespace {
+
+using namespace test;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+/// Every triangle counter-clockwise, and every side the same seen from both of its triangles.
+bool is_sound(const PlanarTriangulation& plane) {
+  const auto& triangles = plane.triangles();
+  for (int t = 0; t < static_cast<int>(triangles.size()); ++t) {
+    const auto& c = triangles[t].corner;
+    if (orient2d(plane.point(c[0]), plane.point(c[1]), plane.point(c[2])) <= 0) return false;
+    for (int k = 0; k < 3; ++k) {
+      const int u = triangles[t].neighbour[k];
+      if (u < 0) continue;
+      bool is_there = false;
+      for (int j = 0; j < 3; ++j)
+        is_there =
+            is_there || (triangles[u].neighbour[j] == t && triangles[u].corner[(j + 1) % 3] == c[(k + 2) % 3] &&
+                         triangles[u].corner[(j + 2) % 3] == c[(k + 1) % 3] && triangles[u].fixed[j] == triangles[t].fixed[k]);
+      if (!is_there) return false;
+    }
+  }
+  return true;
+}
+
+TEST(PlanarTriangulation, StaysOneOnAGridWhereAllIsInLine) {
+  Random random(5);
+  PlanarTriangulation plane({0, 0}, {12, 12});
+  std::map<std::pair<int, int>, int> seen;
+  for (int n = 0; n < 500; ++n) {
+    const std::pair<int, int> at{static_cast<int>(random.uniform(0, 13)), static_cast<int>(random.uniform(0, 13))};
+    const int number = plane.add(Vector2d(at.first, at.second), -1);
+    EXPECT_EQ(number < 0, !seen.try_emplace(at, number).second);
+    ASSERT_TRUE(is_sound(plane)) << n;
+  }
+  // Euler: with three points of a triangle around all others.
+  EXPECT_EQ(plane.triangles().size(), 2 * (seen.size() + 3) - 5);
+}
+
+TEST(PlanarTriangulation, IsDelaunay) {
+  Random random(6);
+  PlanarTriangulation plane({-1, -1}, {1, 1});
+  for (int n = 0; n < 200; ++n) plane.add(random.in_box(1).head<2>(), -1);
+  for (const auto& triangle : plane.triangles()) {
+    if (*std::min_element(triangle.corner.begin(), triangle.corner.end()) < PlanarTriangulation::kFirst) continue;
+    const Vector2d a = plane.point(triangle.corner[0]);
+    Eigen::Matrix2d sides;
+    sides << (plane.point(triangle.corner[1]) - a).transpose(), (plane.point(triangle.corner[2]) - a).transpose();
+    const Vector2d centre = sides.inverse() * (0.5 * sides.rowwise().squaredNorm());
+    for (int n = PlanarTriangulation::kFirst; n < PlanarTriangulation::kFirst + 200; ++n)
+      EXPECT_GT((plane.point(n) - a - centre).norm(), (1 - 1e-6) * centre.norm());
+  }
+}
+
+/// A star with a hole: sides and area.
+std::vector<std::array<int, 2>> add_ring(PlanarTriangulation& plane, int corners, double inner, double outer, int way) {
+  std::vector<int> number;
+  for (int n = 0; n < corners; ++n) {
+    const double angle = way * 2 * kPi * n / corners;
+    number.push_back(plane.add((n % 2 ? inner : outer) * Vector2d(std::cos(angle), std::sin(angle)), -1));
+  }
+  std::vector<std::array<int, 2>> sides;
+  for (int n = 0; n < corners; ++n) sides.push_back({number[n], number[(n + 1) % corners]});
+  return sides;
+}
+
+double area(const PlanarTriangulation& plane, const std::vector<char>& inside) {
+  double sum = 0;
+  for (std::size_t t = 0; t < inside.size(); ++t) {
+    const auto& c = plane.triangles()[t].corner;
+    const Vector2d u = plane.point(c[1]) - plane.point(c[0]);
+    const Vector2d v = plane.point(c[2]) - plane.point(c[0]);
+    if (inside[t]) sum += 0.5 * (u.x() * v.y() - u.y() * v.x());
+  }
+  return sum;
+}
+
+TEST(PlanarTriangulation, KeepsSidesAndTellsWhatTheyBound) {
+  PlanarTriangulation plane({-10, -10}, {10, 10});
+  auto sides = add_ring(plane, 30, 4, 10, 1);
+  const auto hole = add_ring(plane, 14, 1, 3, -1);
+  sides.insert(sides.end(), hole.begin(), hole.end());
+  for (const auto& [a, b] : sides) ASSERT_TRUE(plane.fix(a, b));
+  plane.improve();
+  ASSERT_TRUE(is_sound(plane));
+  const auto star = [](int corners, double inner, double outer) {
+    return 0.5 * corners * inner * outer * std::sin(2 * kPi / corners);
+  };
+  EXPECT_NEAR(area(plane, plane.left_of(sides)), star(30, 4, 10) - star(14, 1, 3), 1e-10);
+  std::reverse(sides.begin(), sides.end());
+  for (auto& side : sides) std::swap(side[0], side[1]);
+  EXPECT_TRUE(plane.left_of(sides).empty()) << "to the right of them lies the end of the plane";
+}
+
+TEST(PlanarTriangulation, RefusesSidesThatCrossAndThatRunThroughPoints) {
+  PlanarTriangulation plane({0, 0}, {4, 4});
+  const int a = plane.add({0, 0}, -1);
+  const int b = plane.add({4, 4}, -1);
+  const int c = plane.add({0, 4}, -1);
+  const int d = plane.add({4, 0}, -1);
+  EXPECT_TRUE(plane.fix(a, b));
+  EXPECT_FALSE(plane.fix(c, d));
+  const int e = plane.add({2, 0}, -1);
+  EXPECT_FALSE(plane.fix(a, d));
+  EXPECT_TRUE(plane.fix(a, e));
+  EXPECT_TRUE(is_sound(plane));
+}
+
+enum class Kind {
+  plane,
+  one_sheet,
+  ellipsoid,
+  elliptic_cylinder,
+  hyperbolic_cylinder,
+  parabolic_cylinder,
+  paraboloid,
+  two_sheets,
+  count
+};
+
+/// A quadric of a kind, of the size of the solids below, anywhere near the origin.
+Quadric quadric(Kind kind, Random& random) {
+  const Eigen::Matrix3d R = random_rotation(static_cast<std::uint64_t>(random.uniform(0, 1e9)));
+  Vector3d bends = 0.1 * Vector3d::Ones() + random.in_box(0.05);
+  double value = random.uniform(2, 5);  // at the centre, against the bends
+  Vector3d slope = Vector3d::Zero();
+  switch (kind) {
+    case Kind::plane:
+      bends.setZero(), slope = Vector3d::UnitX();
+      break;
+    case Kind::one_sheet:
+      bends.z() *= -1;
+      break;
+    case Kind::two_sheets:
+      bends.z() *= -1, value = -value;
+      break;
+    case Kind::elliptic_cylinder:
+      bends.z() = 0;
+      break;
+    case Kind::hyperbolic_cylinder:
+      bends.y() *= -1, bends.z() = 0;
+      break;
+    case Kind::parabolic_cylinder:
+      bends.y() = bends.z() = 0, slope = Vector3d(0, 0, 0.5);
+      break;
+    case Kind::paraboloid:
+      bends.z() = 0, slope = Vector3d(0, 0, 0.7);
+      break;
+    default:
+      break;
+  }
+  const double sign = random.uniform() < 0.5 ? 1 : -1;
+  const Vector3d centre = random.in_box(8);
+  Quadric f;
+  f.hessian = sign * R.transpose() * bends.asDiagonal() * R;
+  f.slope = sign * R.transpose() * slope - f.hessian * centre;
+  f.constant = -sign * value + 0.5 * centre.dot(f.hessian * centre) - sign * (R.transpose() * slope).dot(centre);
+  return f;
+}
+
+Quadric reversed(const Quadric& f) { return {-f.hessian, -f.slope, -f.constant}; }
+
+TEST(QuadricChart, LiftsToWhatIsMappedThere) {
+  Random random(8);
+  int lifted = 0;
+  for (int n = 0; n < 400; ++n) {
+    const Quadric f = quadric(static_cast<Kind>(n % static_cast<int>(Kind::count)), random);
+    std::vector<Vector3d> points;
+    for (int k = 0; k < 40; ++k) {
+      const Vector3d p = f.nearest(random.in_box(10));
+      if (std::abs(f.value(p)) < 1e-9 && p.norm() < 30) points.push_back(p);
+    }
+    if (points.empty()) continue;
+    for (const QuadricChart& chart : quadric_charts(f, {points}, 0.02))
+      for (const Vector3d& p : points) {
+        const Vector2d at = chart.at(p);
+        const int turn = chart.orientation(f, p);
+        if (turn == 0 || !at.allFinite() || at.norm() > 1e4) continue;
+        const bool is_steep = std::abs(chart.axes.row(2).dot(f.gradient(p).normalized())) < 0.01;
+        if (chart.kind == QuadricChart::Kind::graph && is_steep) continue;
+        const std::optional<Vector3d> again = chart.lifted(f, at, turn);
+        // A tube holds what is seen from its axis, which of two sheets along it is nothing.
+        if (!again || (chart.at(*again) - at).norm() > 1e-6 * (1 + at.norm())) {
+          EXPECT_NE(chart.kind, QuadricChart::Kind::graph) << n;
+          continue;
+        }
+        ++lifted;
+        if (chart.kind == QuadricChart::Kind::graph) {
+          EXPECT_LT((*again - p).norm(), 1e-5) << n;
+        }
+      }
+  }
+  EXPECT_GT(lifted, 10000);
+}
+
+struct Solid {
+  std::string name;
+  std::function<double(const Vector3d&)> height;  ///< signed distance to its surface, exact near it
+};
+std::vector<Solid> solids() {
+  return {{"ball", [](const Vector3d& p) { return p.norm() - 12; }},
+          {"torus", [](const Vector3d& p) { return std::hypot(std::hypot(p.x(), p.y()) - 9, p.z()) - 4; }},
+          {"box", [](const Vector3d& p) {
+             return std::max({std::abs(p.x()) - 11, std::abs(p.y()) - 8, std::abs(p.z()) - 6});
+           }}};
+}
+
+LevelSurface level_of(const Solid& solid) {
+  return [height = solid.height](const Vector3d& p) -> std::optional<LevelAt> {
+    constexpr double kStep = 1e-6;
+    Vector3d slope;
+    for (int k = 0; k < 3; ++k) slope[k] = height(p + kStep * Vector3d::Unit(k)) - height(p - kStep * Vector3d::Unit(k));
+    return LevelAt{height(p), slope.normalized()};
+  };
+}
+
+Mesh mesh_of(const Solid& solid, double spacing) {
+  Mesh mesh = mesh_implicit(solid.height, {Vector3d::Constant(-14), Vector3d::Constant(14)}, spacing);
+  const LevelSurface level = level_of(solid);
+  for (Vector3d& v : mesh.vertices)
+    for (int step = 0; step < 3; ++step) v -= level(v)->height_mm * level(v)->normal;
+  return mesh;
+}
+
+int edges_not_of_two(const Mesh& mesh) {
+  int count = 0;
+  for_each_edge(mesh, [&](auto begin, auto end) { count += end - begin != 2 || edge_balance(begin, end) != 0; });
+  return count;
+}
+
+/// Whether p is inside, by the solid angles that triangles have from there.
+bool is_inside(const Mesh& mesh, const Vector3d& p) {
+  double angle = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vector3d a = mesh.corner(t, 0) - p;
+    const Vector3d b = mesh.corner(t, 1) - p;
+    const Vector3d c = mesh.corner(t, 2) - p;
+    angle += 2 * std::atan2(a.dot(b.cross(c)),
+                            a.norm() * b.norm() * c.norm() + a.dot(b) * c.norm() + b.dot(c) * a.norm() + c.dot(a) * b.norm());
+  }
+  return angle > 2 * kPi;
+}
+
+TEST(QuadricClip, OfEveryKindIsClosedAndHoldsWhatIsAbove) {
+  constexpr int kCases = 20;  // of each kind
+  constexpr double kError = 0.05;
+  Random random(9);
+  for (const Solid& solid : solids()) {
+    const Mesh mesh = mesh_of(solid, 0.8);
+    const double volume = mesh_moments(mesh)[M1];
+    QuadricClipOptions options;
+    options.error_mm = kError;
+    options.surface = level_of(solid);
+    int refused = 0;
+    for (int n = 0; n < kCases * static_cast<int>(Kind::count); ++n) {
+      const Quadric f = quadric(static_cast<Kind>(n % static_cast<int>(Kind::count)), random);
+      const auto above = clipped(mesh, f, options);
+      const auto below = clipped(mesh, reversed(f), options);
+      if (!above || !below) {
+        ++refused;
+        continue;
+      }
+      SCOPED_TRACE(solid.name + " " + std::to_string(n));
+      EXPECT_EQ(edges_not_of_two(above->mesh), 0);
+      for (std::size_t v = 0; v < above->on.size(); ++v) {
+        if (above->on[v] != QuadricClipped::On::surface)
+          EXPECT_LT(std::abs(f.distance(above->mesh.vertices[v])), 1e-6);
+        else
+          EXPECT_GT(f.value(above->mesh.vertices[v]), 0);
+      }
+      const double caps = surface_area(above->mesh) + surface_area(below->mesh);
+      if (!above->mesh.triangles.empty() && !below->mesh.triangles.empty()) {
+        EXPECT_NEAR(mesh_moments(above->mesh)[M1] + mesh_moments(below->mesh)[M1], volume, kError * caps);
+      }
+      for (int k = 0; k < 6; ++k) {
+        const Vector3d p = random.in_box(14);
+        const double d = f.distance(f.nearest(p)) == 0 ? (f.nearest(p) - p).norm() : std::abs(f.distance(p));
+        if (d < 8 * kError || std::abs(solid.height(p)) < 8 * kError) continue;
+        EXPECT_EQ(is_inside(above->mesh, p), solid.height(p) < 0 && f.value(p) > 0) << p.transpose();
+      }
+    }
+    EXPECT_LE(refused, kCases * static_cast<int>(Kind::count) / 25) << solid.name;
+  }
+}
+
+TEST(QuadricClip, CreasesLieOnBothSurfaces) {
+  Random random(10);
+  const Solid ball = solids().front();
+  const Mesh mesh = mesh_of(ball, 1.0);
+  QuadricClipOptions options;
+  options.surface = level_of(ball);
+  int creases = 0;
+  for (int n = 0; n < 40; ++n) {
+    const Quadric f = quadric(static_cast<Kind>(n % static_cast<int>(Kind::count)), random);
+    const auto cut = clipped(mesh, f, options);
+    if (!cut) continue;
+    double sum = 0;
+    int here = 0;
+    for (std::size_t v = 0; v < cut->on.size(); ++v)
+      if (cut->on[v] == QuadricClipped::On::crease) {
+        sum += std::pow(ball.height(cut->mesh.vertices[v]), 2);
+        ++here;
+      }
+    // But for those whose surfaces all but touch.
+    if (here > 0) {
+      EXPECT_LT(std::sqrt(sum / here), 0.02) << n;
+    }
+    creases += here;
+  }
+  EXPECT_GT(creases, 2000);
+}
+
+TEST(QuadricClip, OfABallByAPlaneIsItsCapToSecondOrder) {
+  const Solid ball = solids().front();
+  const Quadric f{Eigen::Matrix3d::Zero(), Vector3d(0.6, 0, 0.8), -5};
+  const double h = 12 - 5;
+  const double exact = kPi * h * h * (3 * 12 - h) / 3;
+  std::vector<double> errors;
+  for (const double spacing : {1.6, 0.8, 0.4}) {
+    QuadricClipOptions options;
+    options.surface = level_of(ball);
+    const auto cut = clipped(mesh_of(ball, spacing), f, options);
+    ASSERT_TRUE(cut);
+    errors.push_back(exact - mesh_moments(cut->mesh)[M1]);
+  }
+  EXPECT_GT(errors.back(), 0) << "chords of a ball lie inside";
+  for (std::size_t n = 1; n < errors.size(); ++n) EXPECT_NEAR(std::log2(errors[n - 1] / errors[n]), 2, 0.4);
+}
+
+TEST(QuadricClip, LeavesWhatIsNotCutBitByBit) {
+  const Mesh ball = icosphere(10, 4);
+  const Quadric f{Eigen::Matrix3d::Zero(), Vector3d::UnitZ(), -2.03};
+  const auto cut = clipped(ball, f, {});
+  ASSERT_TRUE(cut);
+  std::size_t same = 0;
+  std::map<std::array<double, 3>, int> vertices;
+  for (const Vector3d& v : ball.vertices) vertices[{v.x(), v.y(), v.z()}] = 1;
+  for (std::size_t v = 0; v < cut->on.size(); ++v) {
+    const Vector3d& p = cut->mesh.vertices[v];
+    if (cut->on[v] == QuadricClipped::On::surface) same += vertices.contains({p.x(), p.y(), p.z()});
+  }
+  EXPECT_EQ(same, static_cast<std::size_t>(
+                      std::count_if(ball.vertices.begin(), ball.vertices.end(), [](const Vector3d& v) { return v.z() > 2.03; })));
+}
+
+TEST(QuadricClip, OfWhatDoesNotMeetItIsAllOrNothing) {
+  const Mesh ball = icosphere(10, 2);
+  const auto all = clipped(ball, {Eigen::Matrix3d::Zero(), Vector3d::UnitZ(), 20}, {});
+  const auto none = clipped(ball, {Eigen::Matrix3d::Zero(), Vector3d::UnitZ(), -20}, {});
+  ASSERT_TRUE(all && none);
+  EXPECT_EQ(all->mesh.triangles.size(), ball.triangles.size());
+  EXPECT_TRUE(none->mesh.triangles.empty());
+}
+
+TEST(QuadricClip, FindsWhereLargeTrianglesAreMetInTheirMiddle) {
+  // A cylinder through the middle of two sides of a box, none of whose edges it meets.
+  Quadric f;
+  f.hessian.diagonal() << -2, -2, 0;
+  f.constant = 9;
+  const auto cut = clipped(box({-20, -20, -5}, {20, 20, 5}), f, {});
+  ASSERT_TRUE(cut);
+  EXPECT_EQ(edges_not_of_two(cut->mesh), 0);
+  EXPECT_NEAR(mesh_moments(cut->mesh)[M1], 10 * kPi * 9, 0.02 * surface_area(cut->mesh));
+}
+
+TEST(QuadricClip, FollowsSmoothlyAndComesBack) {
+  Random random(11);
+  const Solid ball = solids().front();
+  const Mesh mesh = mesh_of(ball, 1.0);
+  QuadricClipOptions options;
+  options.surface = level_of(ball);
+  int followed = 0;
+  for (int n = 0; n < 40; ++n) {
+    const Quadric f = quadric(static_cast<Kind>(n % static_cast<int>(Kind::count)), random);
+    const auto cut = clipped(mesh, f, options);
+    if (!cut || cut->mesh.triangles.empty()) continue;
+    const auto nearby = [&f](double by) {
+      Quadric moved = f;
+      moved.constant += by * f.gradient(f.nearest(Vector3d::Zero())).norm();
+      return moved;
+    };
+    const auto volume_at = [&](double by) {
+      QuadricClipped moved = *cut;
+      return follow(moved, nearby(by), options) ? mesh_moments(moved.mesh)[M1] : NAN;
+    };
+    const double step = 1e-3;
+    const double second = volume_at(step) - 2 * volume_at(0) + volume_at(-step);
+    if (!std::isfinite(second)) continue;
+    ++followed;
+    // A cap of area A and curvature k sweeps A step + k A step^2: nothing of the order of a step itself is left.
+    EXPECT_LT(std::abs(second), 0.02 * step * surface_area(cut->mesh)) << n;
+    QuadricClipped there = *cut;
+    ASSERT_TRUE(follow(there, nearby(step), options));
+    ASSERT_TRUE(follow(there, f, options));
+    EXPECT_NEAR(mesh_moments(there.mesh)[M1], mesh_moments(cut->mesh)[M1], 1e-5 * surface_area(cut->mesh)) << n;
+  }
+  EXPECT_GT(followed, 25);
+}
+
+}  // namespace
+}  // namespace rayrep
