@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "make/cavity_mender.h"
+#include "make/clipped_cavity.h"
 #include "mesh/crossing.h"
+#include "mesh/decimate.h"
 #include "rayrep/mesh/level_set.h"
 
 namespace rayrep {
@@ -16,9 +18,10 @@ namespace {
 constexpr int kSide = BlockField::kSide;
 
 /// q.phi as a function of the point.
-class Quadric {
+class FieldQuadric {
 public:
-  Quadric(const Moments& q, double inset_mm) : q_(q), hessian_(quadric_hessian(q)), curvature_(hessian_.norm()), inset_(inset_mm) {}
+  FieldQuadric(const Moments& q, double inset_mm)
+      : q_(q), hessian_(quadric_hessian(q)), curvature_(hessian_.norm()), inset_(inset_mm) {}
 
   double value(const Eigen::Vector3d& p) const { return quadric_value(q_, p); }
   Eigen::Vector3d gradient(const Eigen::Vector3d& p) const { return q_.segment<3>(MX) + hessian_ * p; }
@@ -49,7 +52,7 @@ private:
 };
 
 /// max(wall + clearance - distance, signed distance of the quadric) on the grid of `wall`.
-BlockField intersect(const BlockField& wall, const Quadric& quadric, double clearance_mm) {
+BlockField intersect(const BlockField& wall, const FieldQuadric& quadric, double clearance_mm) {
   BlockField field = wall;
   field.samples.clear();
   // The ball around a block that holds its samples and their neighbours.
@@ -89,8 +92,11 @@ BlockField intersect(const BlockField& wall, const Quadric& quadric, double clea
 /// Moves the vertices of a cavity onto its surfaces.
 class Fitter {
 public:
-  Fitter(const SurfaceQuery& surface, const Quadric& quadric, double wall_mm, double h)
+  Fitter(const SurfaceQuery& surface, const FieldQuadric& quadric, double wall_mm, double h)
       : surface_(surface), quadric_(quadric), wall_(wall_mm), h_(h) {}
+
+  const SurfaceQuery& surface() const { return surface_; }
+  const FieldQuadric& quadric() const { return quadric_; }
 
   /// Moves the vertices that are `chosen`, each within a cell of the true surface, onto it, and where triangles between them would
   /// cut into the wall a little beyond it.
@@ -103,6 +109,16 @@ public:
     const std::vector<double> needed = distances_needed(mesh, wall);
     tbb::parallel_for(std::size_t{0}, mesh.vertices.size(), [&](std::size_t n) {
       if (needed[n] > 0) land(mesh.vertices[n], needed[n]);
+    });
+  }
+
+  /// Moves vertices that are within a cell of the surface at the wall's distance to within a hundredth of one.
+  void approach(Mesh& mesh) const {
+    tbb::parallel_for(std::size_t{0}, mesh.vertices.size(), [&](std::size_t n) {
+      Eigen::Vector3d& p = mesh.vertices[n];
+      const ClosestPoint closest = surface_.closest(p, wall_ + 2 * h_);
+      if (closest.triangle >= 0 && closest.distance_mm > 0 && std::abs(wall_ - closest.distance_mm) <= h_)
+        p += (wall_ / closest.distance_mm - 1) * (p - closest.point_mm);
     });
   }
 
@@ -152,7 +168,7 @@ private:
   }
 
   const SurfaceQuery& surface_;
-  const Quadric& quadric_;
+  const FieldQuadric& quadric_;
   double wall_;
   double h_;
 };
@@ -170,6 +186,34 @@ std::size_t close_around(BlockField& field, const Eigen::Vector3d& p) {
   return closed;
 }
 
+/// The zero set on its surfaces, lighter if there is an error for that, crossing triangles closed in `field` as far as that helps.
+Mesh sound_surface(BlockField& field, const Fitter& fitter, const CavityOptions& options, double chord_error_mm,
+                   CavityMesh& result) {
+  constexpr int max_rounds = 8;
+  const SurfaceQuery& surface = fitter.surface();
+  const detail::CavityMender mender(surface, options);
+  Mesh all;
+  for (int round = 0; round < max_rounds; ++round) {
+    all = mesh_zero_set(intersect(field, fitter.quadric(), options.clearance_mm));
+    std::vector<Eigen::Vector3d> before = all.vertices;
+    if (chord_error_mm > 0) {
+      fitter.approach(all);
+      DecimatedMesh lighter = decimated(all, {chord_error_mm, options.as_delivered});
+      all = std::move(lighter.mesh);
+      for (std::size_t n = 0; n < lighter.kept.size(); ++n) before[n] = before[static_cast<std::size_t>(lighter.kept[n])];
+    }
+    fitter.fit(all, [](const Eigen::Vector3d&) { return true; });
+    const std::vector<std::size_t> crossing = mender.mend(all, std::vector<char>(all.vertices.size(), 1));
+    result.crossing = crossing.size();
+    std::size_t closed = 0;
+    for (const std::size_t t : crossing)
+      for (int k = 0; k < 3; ++k) closed += close_around(field, before[static_cast<std::size_t>(all.triangles[t][k])]);
+    if (closed == 0) break;
+    result.closed_samples += closed;
+  }
+  return all;
+}
+
 double signed_volume(const Mesh& shell) { return mesh_moments(shell)[M1]; }
 
 }  // namespace
@@ -185,26 +229,21 @@ std::vector<std::size_t> crossing_triangles(const Mesh& mesh) {
   return triangles;
 }
 
-CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Moments& q, const CavityOptions& options) {
-  constexpr int max_rounds = 8;
-  const Quadric quadric(q, options.inset_mm);
-  const Fitter fitter(surface, quadric, options.wall_mm + options.clearance_mm, field.spacing_mm);
-  CavityMesh result;
-  const detail::CavityMender mender(surface, options);
-  Mesh all;
-  for (int round = 0; round < max_rounds; ++round) {
-    all = mesh_zero_set(intersect(field, quadric, options.clearance_mm));
-    const std::vector<Eigen::Vector3d> before = all.vertices;
-    fitter.fit(all, [](const Eigen::Vector3d&) { return true; });
-    const std::vector<std::size_t> crossing = mender.mend(all, std::vector<char>(before.size(), 1));
-    result.crossing = crossing.size();
-    std::size_t closed = 0;
-    for (const std::size_t t : crossing)
-      for (int k = 0; k < 3; ++k) closed += close_around(field, before[static_cast<std::size_t>(all.triangles[t][k])]);
-    if (closed == 0) break;
-    result.closed_samples += closed;
-  }
+Mesh detail::cavity_surface(BlockField& field, const SurfaceQuery& surface, const Moments& q, const CavityOptions& options,
+                            CavityMesh& result) {
+  const FieldQuadric quadric(q, options.inset_mm);
+  return sound_surface(field, {surface, quadric, options.least_distance_mm(), field.spacing_mm}, options, 0, result);
+}
 
+Mesh detail::offset_surface(BlockField& field, const SurfaceQuery& surface, const CavityOptions& options, double chord_error_mm,
+                            CavityMesh& result) {
+  Moments everywhere = Moments::Zero();
+  everywhere[M1] = 1;
+  const FieldQuadric quadric(everywhere, 0);
+  return sound_surface(field, {surface, quadric, options.least_distance_mm(), field.spacing_mm}, options, chord_error_mm, result);
+}
+
+void detail::take_shells(const Mesh& all, const CavityOptions& options, CavityMesh& result) {
   for (const Mesh& shell : split(all, connected_components(all))) {
     const double volume = signed_volume(shell);
     if (volume <= 0) {
@@ -219,16 +258,22 @@ CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Mom
     }
   }
   flip(result.mesh);
+}
+
+CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Moments& q, const CavityOptions& options) {
+  CavityMesh result;
+  const Mesh all = detail::cavity_surface(field, surface, q, options, result);
+  detail::take_shells(all, options, result);
   return result;
 }
 
 bool follow_quadric(CavityMesh& cavity, const BlockField& field, const SurfaceQuery& surface, const Moments& q,
                     const CavityOptions& options) {
   const double h = field.spacing_mm;
-  const Quadric quadric(q, options.inset_mm);
+  const FieldQuadric quadric(q, options.inset_mm);
   Mesh moved = cavity.mesh;
   // With one more step around what may move, so that triangles between the moved and the others are looked at too.
-  Fitter(surface, quadric, options.wall_mm + options.clearance_mm, h).fit(moved, [&](const Eigen::Vector3d& p) {
+  Fitter(surface, quadric, options.least_distance_mm(), h).fit(moved, [&](const Eigen::Vector3d& p) {
     return quadric.signed_distance(p) > -3 * h;
   });
   std::vector<char> changed(moved.vertices.size());

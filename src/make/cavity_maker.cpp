@@ -17,17 +17,29 @@ CavityMaker::CavityMaker(Body& body, const Print& print, const HollowOptions& op
     : body_(body), print_(print), options_(options), progress_(progress), cavity_options_(cavity_options(body, print, options)) {}
 
 void CavityMaker::make(const Switching& switching) {
-  const bool first = cavity_.mesh.vertices.empty();
-  if (first || !follow_quadric(cavity_, body_.inner.field, body_.surface, switching.q, cavity_options_))
-    return make_anew(switching);
-  followed_ = true;
+  followed_ = follow(switching);
+  if (!followed_) return make_anew(switching);
   measure();
 }
 
+bool CavityMaker::follow(const Switching& switching) {
+  if (!cuts_)
+    return !cavity_.mesh.vertices.empty() &&
+           follow_quadric(cavity_, body_.inner.field, body_.surface, switching.q, cavity_options_);
+  if (!clipped_) return false;
+  std::optional<CavityMesh> followed = clipped_->follow(switching.q);
+  if (followed) cavity_ = std::move(*followed);
+  return followed.has_value();
+}
+
 void CavityMaker::make_anew(const Switching& switching) {
-  cavity_ = mesh_cavity(body_.inner.field, body_.surface, switching.q, cavity_options_);
-  crossing_anew_ = cavity_.crossing;
   followed_ = false;
+  if (cuts_ && !clipped_) clipped_.emplace(body_.inner.field, body_.surface, cavity_options_);
+  std::optional<CavityMesh> cut = cuts_ ? clipped_->cut(switching.q) : std::nullopt;
+  cuts_ = cut.has_value();
+  if (!cuts_) clipped_.reset();
+  cavity_ = cuts_ ? std::move(*cut) : mesh_cavity(body_.inner.field, body_.surface, switching.q, cavity_options_);
+  crossing_anew_ = cavity_.crossing;
   measure();
 }
 
@@ -40,6 +52,8 @@ void CavityMaker::measure() {
 bool CavityMaker::refine() {
   if (!body_.refine(discretisation(print_, options_), progress_)) return false;
   cavity_ = {};
+  clipped_.reset();
+  cuts_ = true;
   return true;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "make/body.h"
+#include "make/clipped_cavity.h"
 #include "make/maker.h"
 #include "rayrep/make/cavity.h"
 
@@ -9,7 +10,8 @@ namespace rayrep::detail {
 /// What a cavity in this body is held to. Keeps references to body and options.
 CavityOptions cavity_options(const Body& body, const Print& print, const HollowOptions& options);
 
-/// A cavity where q.phi > 0, at least the wall from the surface, as a mesh.
+/// A cavity where q.phi > 0, at least the wall from the surface, as a mesh: cut from the surface at the wall's distance while that
+/// goes, then meshed on the grid.
 class CavityMaker final : public Maker {
 public:
   /// Keeps references to all.
@@ -24,6 +26,7 @@ public:
   Made made() const override;
 
 private:
+  bool follow(const Switching& switching);
   void measure();
 
   Body& body_;
@@ -31,6 +34,8 @@ private:
   const HollowOptions& options_;
   const Progress& progress_;
   CavityOptions cavity_options_;
+  std::optional<ClippedCavity> clipped_;
+  bool cuts_ = true;   ///< no cut has failed
   CavityMesh cavity_;  ///< working frame
   Mesh shells_;        ///< as stored, in the frame given
   Moments moments_ = Moments::Zero();

@@ -20,11 +20,12 @@ public:
   /// @returns triangles that cross others as delivered for all that, ascending
   std::vector<std::size_t> mend(Mesh& mesh, std::vector<char> moved) const;
 
+  /// Triangles that cross others as delivered, in the box around all triangles with a corner that was moved; ascending.
+  std::vector<std::size_t> crossing(const Mesh& mesh, const std::vector<char>& moved) const;
+
 private:
   /// Marks as moved what it moves.
   void thicken(Mesh& mesh, std::vector<char>& moved) const;
-  /// Those in the box around all triangles with a corner that was moved.
-  std::vector<std::size_t> crossing(const Mesh& mesh, const std::vector<char>& moved) const;
 
   const SurfaceQuery& surface_;
   const CavityOptions& options_;

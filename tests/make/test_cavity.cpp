@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "make/cavity_mender.h"
+#include "make/clipped_cavity.h"
 #include "mesh/predicates.h"
 #include "mesh/surface_gap.h"
 #include "rayrep/make/cavity.h"
@@ -267,6 +268,78 @@ TEST(Cavity, NothingAboveThePlaneIsNoCavity) {
   const CavityMesh cavity = cavity_of(icosphere(10, 4), plane(9), 0.5);
   EXPECT_EQ(cavity.cavities, 0u);
   EXPECT_TRUE(cavity.mesh.triangles.empty());
+}
+
+/// A body's cavity, meshed on the grid and cut.
+struct Twins {
+  explicit Twins(const Mesh& solid, double h) : surface(solid) {
+    InnerDomainOptions domain;
+    domain.wall_mm = 1.2;
+    domain.ray_spacing_mm = domain.field_spacing_mm = h;
+    field = inner_domain(surface, domain).field;
+    options.min_cavity_mm3 = 0;
+    clipped.emplace(field, surface, options);
+  }
+  SurfaceQuery surface;
+  BlockField field;
+  CavityOptions options;
+  std::optional<detail::ClippedCavity> clipped;
+};
+
+TEST(ClippedCavity, IsTheMeshedOneWithoutItsChamfers) {
+  for (const Mesh& solid : {icosphere(10, 5), rotated(l_shape(9), random_rotation(6)), torus(10, 5, 60, 40)}) {
+    Twins twins(solid, 0.5);
+    const Moments q = plane(bounding_box(solid).center().z() - 1, 0.3);
+    const auto cut = twins.clipped->cut(q);
+    ASSERT_TRUE(cut);
+    BlockField field = twins.field;
+    const CavityMesh meshed = mesh_cavity(field, twins.surface, q, twins.options);
+    Mesh outward = cut->mesh;
+    flip(outward);
+    EXPECT_TRUE(is_closed_solid(outward));
+    EXPECT_TRUE(crossing_triangles(outward).empty());
+    EXPECT_EQ(cut->cavities, meshed.cavities);
+    const double volume = -mesh_moments(cut->mesh)[M1];
+    EXPECT_NEAR(volume, -mesh_moments(meshed.mesh)[M1], 0.02 * surface_area(cut->mesh));
+    // Vertices lie at the wall's distance or farther, and on the plane or above it.
+    for (const Eigen::Vector3d& v : cut->mesh.vertices) {
+      EXPECT_GT(twins.surface.closest(v, 3).distance_mm, 1.2 * 0.985);
+      EXPECT_GT(quadric_value(q, v), -1e-6);
+    }
+  }
+}
+
+TEST(ClippedCavity, OfABoxIsABox) {
+  Twins twins(box({-10, -8, 0}, {10, 8, 20}), 0.4);
+  const auto cut = twins.clipped->cut(plane(7.03));
+  ASSERT_TRUE(cut);
+  Mesh outward = cut->mesh;
+  flip(outward);
+  // But for the edges of the surface at the wall's distance, chamfered by at most a cell, all of them above the cut.
+  const double edges = 2 * (17.6 + 13.6) + 4 * (18.8 - 7.03);
+  EXPECT_NEAR(mesh_moments(outward)[M1], 17.6 * 13.6 * (18.8 - 7.03), 0.5 * 0.4 * 0.4 * edges);
+}
+
+TEST(ClippedCavity, FollowsAsItWouldBeCut) {
+  Twins twins(icosphere(12, 5), 0.5);
+  Moments q = plane(-2, 0.3);
+  q[MXX] = -0.02;
+  q[MZZ] = 0.015;
+  ASSERT_TRUE(twins.clipped->cut(q));
+  q[M1] += 0.01;
+  const auto followed = twins.clipped->follow(q);
+  const auto cut = twins.clipped->cut(q);
+  ASSERT_TRUE(followed && cut);
+  EXPECT_NEAR(mesh_moments(followed->mesh)[M1], mesh_moments(cut->mesh)[M1], 0.01 * surface_area(cut->mesh));
+}
+
+TEST(ClippedCavity, LeavesAnEllipsoidWithinToTheGrid) {
+  Twins twins(icosphere(12, 5), 0.5);
+  Moments q = Moments::Zero();
+  q[M1] = 16;
+  q[MXX] = q[MYY] = q[MZZ] = -1;
+  EXPECT_FALSE(twins.clipped->cut(q));
+  EXPECT_GT(mesh_cavity(twins.field, twins.surface, q, twins.options).cavities, 0u);
 }
 
 }  // namespace

@@ -20,6 +20,8 @@ struct CavityOptions {
   /// What becomes of a mesh when it is delivered (turned back, rounded to what the file stores): no triangles may cross then.
   /// Empty: nothing.
   std::function<Mesh(const Mesh&)> as_delivered;
+
+  double least_distance_mm() const { return wall_mm + clearance_mm; }  ///< of the cavity from the surface
 };
 
 struct CavityMesh {

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <optional>
+
+#include "mesh/quadric_clip.h"
+#include "rayrep/make/cavity.h"
+
+namespace rayrep::detail {
+
+/// Closed, facing outward, vertices on their surfaces, crossing triangles closed in `field` as far as that helps: what mesh_cavity
+/// is made of. Counts what it closed in `result`.
+Mesh cavity_surface(BlockField& field, const SurfaceQuery& surface, const Moments& q, const CavityOptions& options,
+                    CavityMesh& result);
+/// The same of all that is at least the wall away, with fewer triangles: none is farther from it than the error.
+Mesh offset_surface(BlockField& field, const SurfaceQuery& surface, const CavityOptions& options, double chord_error_mm,
+                    CavityMesh& result);
+/// Shells that are cavities go into `result`, facing inward; islands and what is too small are counted.
+void take_shells(const Mesh& all, const CavityOptions& options, CavityMesh& result);
+
+/// The surface at the wall's distance, meshed once, of which any quadric cuts the cavity: its creases are on the exact curve, and
+/// what the quadric does not touch is the same for all. theory.md (88)
+class ClippedCavity {
+public:
+  /// Keeps references to `surface` and `options`. @param field  wall - distance; closed where its zero set crosses itself
+  ClippedCavity(BlockField& field, const SurfaceQuery& surface, const CavityOptions& options);
+
+  /// The cavity { p : distance(p) >= wall, q.phi(p) > 0 }.
+  /// @returns none where it cannot be cut: mesh_cavity is to mesh it. With options.inset_mm it never can.
+  std::optional<CavityMesh> cut(const Moments& q);
+  /// The same with the triangles of the last cut, whose creases and caps follow the quadric: smooth in q.
+  /// @returns none where they do not reach, or there are none
+  std::optional<CavityMesh> follow(const Moments& q);
+
+private:
+  QuadricClipOptions clip_options() const;
+  std::optional<CavityMesh> mended(QuadricClipped cut, Mesh mesh);
+  CavityMesh taken(const Mesh& all) const;
+
+  const SurfaceQuery& surface_;
+  const CavityOptions& options_;
+  double reach_mm_;                       ///< of vertices from the surface's distance
+  CavityMesh made_;                       ///< of all that is at least the wall away: only what it counts
+  Mesh offset_;                           ///< facing outward
+  std::optional<QuadricClipped> last_;    ///< before it was mended
+  std::vector<Eigen::Vector3d> mending_;  ///< by how much each of its vertices was moved then
+};
+
+}  // namespace rayrep::detail
