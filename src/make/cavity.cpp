@@ -112,6 +112,11 @@ public:
     });
   }
 
+  /// Moves vertices to where they are closer to the surface than the wall, by so much each.
+  void fit_closer(Mesh& mesh, const std::vector<double>& by_mm) const {
+    tbb::parallel_for(std::size_t{0}, mesh.vertices.size(), [&](std::size_t n) { land(mesh.vertices[n], wall_ - by_mm[n]); });
+  }
+
   /// Moves vertices that are within a cell of the surface at the wall's distance to within a hundredth of one.
   void approach(Mesh& mesh) const {
     tbb::parallel_for(std::size_t{0}, mesh.vertices.size(), [&](std::size_t n) {
@@ -186,6 +191,23 @@ std::size_t close_around(BlockField& field, const Eigen::Vector3d& p) {
   return closed;
 }
 
+/// By how much the vertices of a lighter mesh have to be closer to the wall so that its triangles are as far from it as the given
+/// surface was, on average: over a triangle that a surface of even curvature bends away from the mean is 3/4 of the most.
+std::vector<double> closer_mm(const DecimatedMesh& lighter, double most_mm) {
+  const Mesh& mesh = lighter.mesh;
+  std::vector<double> sum(mesh.vertices.size(), 0);
+  std::vector<double> area(mesh.vertices.size(), 0);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const double a = (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm();
+    for (const int v : mesh.triangles[t]) {
+      area[v] += a;
+      sum[v] += 0.75 * a * (lighter.in_front_mm[t] - lighter.behind_mm[t]);
+    }
+  }
+  for (std::size_t n = 0; n < sum.size(); ++n) sum[n] = area[n] > 0 ? std::clamp(sum[n] / area[n], 0.0, most_mm) : 0;
+  return sum;
+}
+
 /// The zero set on its surfaces, lighter if there is an error for that, crossing triangles closed in `field` as far as that helps.
 Mesh sound_surface(BlockField& field, const Fitter& fitter, const CavityOptions& options, double chord_error_mm,
                    CavityMesh& result) {
@@ -199,10 +221,13 @@ Mesh sound_surface(BlockField& field, const Fitter& fitter, const CavityOptions&
     if (chord_error_mm > 0) {
       fitter.approach(all);
       DecimatedMesh lighter = decimated(all, {chord_error_mm, options.as_delivered});
+      const std::vector<double> closer = closer_mm(lighter, 0.5 * chord_error_mm);  // less than what the mender lets the wall lack
       all = std::move(lighter.mesh);
       for (std::size_t n = 0; n < lighter.kept.size(); ++n) before[n] = before[static_cast<std::size_t>(lighter.kept[n])];
+      fitter.fit_closer(all, closer);
+    } else {
+      fitter.fit(all, [](const Eigen::Vector3d&) { return true; });
     }
-    fitter.fit(all, [](const Eigen::Vector3d&) { return true; });
     const std::vector<std::size_t> crossing = mender.mend(all, std::vector<char>(all.vertices.size(), 1));
     result.crossing = crossing.size();
     std::size_t closed = 0;

@@ -58,9 +58,10 @@ QuadricChart tube(const Principal& principal, int k, double size_mm) {
   const int i = (k + 1) % 3;
   const int j = (k + 2) % 3;
   QuadricChart chart{QuadricChart::Kind::tube, {}, principal.centre};
-  chart.axes.row(0) = principal.axes.row(i) * std::sqrt(std::abs(principal.bends[i]));
-  chart.axes.row(1) = principal.axes.row(j) * std::sqrt(std::abs(principal.bends[j]));
-  chart.axes.row(2) = principal.axes.row(k) / std::max(std::sqrt(principal.radius(i) * principal.radius(j)), 0.02 * size_mm);
+  const double unit = std::max(std::sqrt(principal.radius(i) * principal.radius(j)), 0.02 * size_mm);
+  chart.axes.row(0) = principal.axes.row(i) * (std::sqrt(principal.bends[i] / principal.bends[j]) / unit);
+  chart.axes.row(1) = principal.axes.row(j) / unit;
+  chart.axes.row(2) = principal.axes.row(k) / unit;
   return chart;
 }
 
