@@ -96,11 +96,11 @@ inline constexpr double kLargestBody_mm = 1e6;
 /// @throws Error{input} for a mesh in mm that is smaller or larger, or further than 1e12 mm from the origin; `name` comes first
 void require_size(const Mesh& mesh, const std::string& name = "");
 
-/// The boundary of the region of positive winding number of a closed mesh, as triangles that need not share vertices: those
-/// parts of the mesh's triangles that have winding number 1 on the inner and 0 on the outer side. Surface integrals over it are
-/// exact for the union of overlapping components, theory.md (18). A mesh whose components neither cross nor nest
-/// with the same orientation comes back as it is.
-/// @throws Error{interrupted}; Error{input} where so many parts run through each other that it would take many seconds
+/// The boundary of the region of positive winding number of a closed mesh, in triangles that meet in shared vertices and sides:
+/// those parts of the mesh's triangles that have winding number 1 on the inner and 0 on the outer side, exact until corners are
+/// rounded to doubles. Surface integrals over it are exact for the union of overlapping components, theory.md (18). A mesh whose
+/// components neither cross nor nest with the same orientation comes back as it is. `combined` mends what rounding does, too.
+/// @throws Error{interrupted}
 Mesh boundary_of_union(const Mesh& mesh, const Progress& progress = {});
 
 }  // namespace rayrep
