@@ -70,15 +70,14 @@ class Answer:
 class Studio:
     """One that runs, with folders of its own for what is temporary and to stand in."""
 
-    def __init__(self, binary, folder, *arguments):
+    def __init__(self, binary, folder, *arguments, **environment):
         self.folder = Path(tempfile.mkdtemp(dir=folder))
         self.temporary = self.folder / "tmp"
         self.current = self.folder / "here"
         self.temporary.mkdir()
         self.current.mkdir()
-        environment = dict(os.environ, TMPDIR=str(self.temporary))
-        for name in ("DISPLAY", "WAYLAND_DISPLAY"):
-            environment.pop(name, None)
+        without = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+        environment = dict(without, TMPDIR=str(self.temporary), **environment)
         self.process = subprocess.Popen([binary, "studio", *map(str, arguments)], cwd=self.current, env=environment,
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.line = self.process.stdout.readline()
@@ -486,6 +485,19 @@ class Laws:
                                    env=dict(os.environ, TMPDIR=str(temporary)))
             self.law(ended.returncode == code and words in ended.stderr and not list(temporary.iterdir()), "studio %s is refused" % " ".join(map(str, arguments))[-40:],
                      ended.returncode, ended.stderr, list(temporary.iterdir()))
+        programs = Path(self.folder) / "programs"
+        programs.mkdir()
+        (programs / "xdg-open").write_text("#!/bin/sh\ncp \"$1\" '%s/opened'\n" % programs)
+        (programs / "xdg-open").chmod(0o755)
+        with Studio(self.binary, self.folder, DISPLAY=":77", PATH="%s:%s" % (programs, os.environ["PATH"])) as s:
+            opened = programs / "opened"
+            until = time.monotonic() + PATIENCE_S
+            while not opened.exists() and time.monotonic() < until:
+                time.sleep(0.05)
+            time.sleep(0.2)
+            self.law("url=http://127.0.0.1:%d/%s/\"" % (s.port, s.token) in opened.read_text(), "the browser is sent to the address by a file")
+            folders = [p for p in s.temporary.iterdir()]
+            self.law(len(folders) == 1 and folders[0].stat().st_mode & 0o777 == 0o700, "that nobody else can read", folders)
         with Studio(self.binary, self.folder) as s:
             self.law(s.port > 0 and "Open this address" in s.process.stdout.readline(), "without a display it is told to be opened")
 

@@ -69,8 +69,8 @@ struct Limits {
   double offset_over_diagonal = 1e-3;  ///< of the centre of mass from where it shall be, over the diagonal of the bounding box
   // float
   double mass_error = 1e-3;
-  double release_tilt_rad = 0.17453292519943295;  ///< 10 degrees
-  int release_directions = 8;  ///< 0: it is not let go, and nothing is told of how it heels
+  double release_tilt_rad = 0.17453292519943295;   ///< 10 degrees
+  int release_directions = 8;                      ///< 0: it is not let go, and nothing is told of how it heels
   double settled_tilt_rad = 0.017453292519943295;  ///< 1 degree
   /// By how much prints come out too heavy: often, which a body must bear, and seldom, of which a note tells.
   std::array<double, 2> too_heavy = {0.01, 0.03};
