@@ -494,10 +494,15 @@ class Laws:
             until = time.monotonic() + PATIENCE_S
             while not opened.exists() and time.monotonic() < until:
                 time.sleep(0.05)
-            time.sleep(0.2)
+            said = s.process.stdout.readline()
+            self.law(said == "Ctrl-C ends it.\n", "nobody has to open it", said)
             self.law("url=http://127.0.0.1:%d/%s/\"" % (s.port, s.token) in opened.read_text(), "the browser is sent to the address by a file")
             folders = [p for p in s.temporary.iterdir()]
             self.law(len(folders) == 1 and folders[0].stat().st_mode & 0o777 == 0o700, "that nobody else can read", folders)
+        (programs / "xdg-open").write_text("#!/bin/sh\nexit 3\n")
+        with Studio(self.binary, self.folder, DISPLAY=":77", PATH="%s:%s" % (programs, os.environ["PATH"])) as s:
+            said = s.process.stdout.readline()
+            self.law("Open this address" in said, "without a browser it is told to be opened", said)
         with Studio(self.binary, self.folder) as s:
             self.law(s.port > 0 and "Open this address" in s.process.stdout.readline(), "without a display it is told to be opened")
 

@@ -27,20 +27,26 @@ bool has_display() {
 }
 
 /// Opens it by way of a file that only this user can read, as the words of a command line are for everybody on this computer to
-/// see. The browser goes on when the studio ends: setsid makes it nobody's child. @returns false when there is no way to
-bool is_opened(const std::string& address, const std::filesystem::path& folder) {
-  constexpr double kMost_s = 5;
+/// see. The browser goes on when the studio ends: setsid gives it a session of its own, and is waited for until it has.
+/// @returns false when there is no way to
+bool is_opened(const std::string& address, const std::filesystem::path& folder, const std::function<bool()>& cancelled) {
+  constexpr double kMost_s = 5;  // where the browser begins with it, xdg-open ends with the browser
   if (!has_display()) return false;
   const std::filesystem::path page = folder / "open.html";
   std::ofstream(page) << "<!doctype html><meta charset=\"utf-8\"><meta http-equiv=\"refresh\" content=\"0; url=" << address
                       << "\">\n";
-  const Ended ended = run_program({.program = "setsid",
-                                   .arguments = {"--fork", "xdg-open", page.string()},
-                                   .folder = folder,
-                                   .output = "/dev/null",
-                                   .errors = {}},
-                                  kMost_s, {});
-  return ended.how == Ended::How::exited && ended.code == 0;
+  const ProgramCall call{.program = "setsid",
+                         .arguments = {"--fork", "--wait", "xdg-open", page.string()},
+                         .folder = folder,
+                         .output = "/dev/null",
+                         .errors = {}};
+  try {
+    const Ended ended = run_program(call, kMost_s, {.stage = {}, .cancelled = cancelled});
+    return ended.how == Ended::How::took_too_long || (ended.how == Ended::How::exited && ended.code == 0);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::interrupted) throw;
+    return true;  // nobody is there to be told
+  }
 }
 
 void load_named(const Options& options, Session& session) {
@@ -67,7 +73,7 @@ void run_studio(const Options& options, const std::function<bool()>& cancelled) 
   Server server(session, options.studio);
   server.start();
   std::cout << "studio: " << server.address() << std::endl;
-  if (!options.studio.no_open && !is_opened(server.address(), folder->path()))
+  if (!options.studio.no_open && !is_opened(server.address(), folder->path(), cancelled))
     std::cout << "Open this address in a browser on this computer." << std::endl;
   std::cout << "Ctrl-C ends it." << std::endl;
   while (!cancelled()) {
