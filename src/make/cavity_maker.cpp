@@ -13,8 +13,14 @@ CavityOptions cavity_options(const Body& body, const Print& print, const HollowO
   return result;
 }
 
-CavityMaker::CavityMaker(Body& body, const Print& print, const HollowOptions& options, const Progress& progress)
-    : body_(body), print_(print), options_(options), progress_(progress), cavity_options_(cavity_options(body, print, options)) {}
+CavityMaker::CavityMaker(Body& body, const Print& print, const HollowOptions& options, const Progress& progress, By by)
+    : body_(body),
+      print_(print),
+      options_(options),
+      progress_(progress),
+      by_(by),
+      cavity_options_(cavity_options(body, print, options)),
+      cuts_(by == By::cut) {}
 
 void CavityMaker::make(const Switching& switching) {
   followed_ = follow(switching);
@@ -53,7 +59,7 @@ bool CavityMaker::refine() {
   if (!body_.refine(discretisation(print_, options_), progress_)) return false;
   cavity_ = {};
   clipped_.reset();
-  cuts_ = true;
+  cuts_ = by_ == By::cut;
   return true;
 }
 

@@ -14,8 +14,13 @@ CavityOptions cavity_options(const Body& body, const Print& print, const HollowO
 /// goes, then meshed on the grid.
 class CavityMaker final : public Maker {
 public:
+  /// How it is made first.
+  enum class By {
+    cut,  ///< of a lighter surface
+    grid  ///< meshed: smooth in the wall, too
+  };
   /// Keeps references to all.
-  CavityMaker(Body& body, const Print& print, const HollowOptions& options, const Progress& progress);
+  CavityMaker(Body& body, const Print& print, const HollowOptions& options, const Progress& progress, By by = By::cut);
 
   void make(const Switching& switching) override;
   void make_anew(const Switching& switching) override;
@@ -33,9 +38,10 @@ private:
   const Print& print_;
   const HollowOptions& options_;
   const Progress& progress_;
+  By by_;
   CavityOptions cavity_options_;
   std::optional<ClippedCavity> clipped_;
-  bool cuts_ = true;   ///< no cut has failed
+  bool cuts_;          ///< no cut has failed
   CavityMesh cavity_;  ///< working frame
   Mesh shells_;        ///< as stored, in the frame given
   Moments moments_ = Moments::Zero();

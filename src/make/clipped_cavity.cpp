@@ -65,7 +65,7 @@ std::optional<CavityMesh> ClippedCavity::follow(const Moments& q) {
   }
   if (!CavityMender(surface_, options_).crossing(mesh, moved_of(moved)).empty()) return std::nullopt;
   // The last steps, which are short, are smooth in q.
-  constexpr double kShort = 0.01;  // of the wall: half of what it may lack
+  constexpr double kShort = 0.005;  // of the wall: a quarter of what it may lack
   return farthest > kShort * options_.least_distance_mm() ? mended(std::move(moved), std::move(mesh)) : taken(mesh);
 }
 

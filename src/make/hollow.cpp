@@ -21,7 +21,9 @@ HollowResult carry_out(Plan& plan, const HollowOptions& options, const Progress&
   if (print.core.wanted())
     maker = std::make_unique<CoreMaker>(body, print, options, progress);
   else
-    maker = std::make_unique<CavityMaker>(body, print, options, progress);
+    // A correction is wanted for a neighbouring wall, with which the cavity is compared.
+    maker =
+        std::make_unique<CavityMaker>(body, print, options, progress, correction ? CavityMaker::By::grid : CavityMaker::By::cut);
   const AsBuilt problem{body.shell,         moment_units(body.solid[M1], body.diagonal_mm),
                         plan.error,         plan.start,
                         options.max_passes, options.as_built_tolerance};

@@ -96,8 +96,8 @@ TEST_P(Scale, ByAnyFactorChangesTheMassByItsCubeUpToRounding) {
     EXPECT_NEAR(static_cast<double>(mesh.triangles.size()), count, 0.02 * count);
     const Moments expected = mesh_moments(body).cwiseProduct(moment_units(s * s * s, s));
     const double error = mesh_moments(mesh)[M1] / expected[M1] - 1;
-    EXPECT_LT(std::abs(error), 2e-5) << s;
-    expect_moments_near(mesh_moments(mesh), expected, 2e-5, bounding_box(mesh).diagonal().norm());
+    EXPECT_LT(std::abs(error), 2e-4) << s;
+    expect_moments_near(mesh_moments(mesh), expected, 2e-4, bounding_box(mesh).diagonal().norm());
   }
 }
 

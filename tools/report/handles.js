@@ -125,9 +125,11 @@ export class Handles {
     this.names = names;
     this.handles = kinds.map(kind => new Handle(this.stage, kind, this.edit));
     this.layer.replaceChildren(...this.handles.map(handle => handle.element));
+    if (this.seen) this.put(...this.seen);
   }
 
   put(project, width, height) {
+    this.seen = [project, width, height];
     for (const handle of this.handles) handle.put(project, [width, height]);
   }
 }
