@@ -30,6 +30,7 @@ cp -r "$root/tests/consumer" "$place/bare/tmp/consumer"
 within() { DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8 chroot "$place/bare" "$@"; }
 within sh -c 'apt-get -qq update && apt-get -qq install -y --no-install-recommends /tmp/rayrep_*.deb >/dev/null'
 within rayrep --version
+within rayrep studio --help >/dev/null
 within sh -c 'cd /tmp && rayrep float duck.stl --resolution 60 | tail -n 3 && rayrep verify duck_float.stl --original duck.stl --quiet'
 within sh -c 'cd /usr/share && test -s man/man1/rayrep.1.gz && test -s bash-completion/completions/rayrep && test -s rayrep/rayrep_addon.py'
 within sh -c 'cd /usr/share && test -s icons/hicolor/scalable/apps/$(sed -n s/^Icon=//p applications/rayrep-studio.desktop).svg'
