@@ -12,6 +12,17 @@ import time
 import zlib
 
 
+kBegun = time.monotonic()
+problems = []
+
+
+def expect(holds, words):
+    """Tells whether it does, and keeps what does not in `problems`."""
+    print(("ok      " if holds else "FAILED  ") + f"{time.monotonic() - kBegun:6.1f} s  {words}", flush=True)
+    if not holds:
+        problems.append(words)
+
+
 def program():
     """Where Chromium is, or None."""
     return shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

@@ -19,17 +19,10 @@ import tempfile
 import time
 
 import browser
+from browser import expect, kBegun, problems
 
 kRoot = pathlib.Path(__file__).resolve().parents[2]
 kSkipped = 77
-kBegun = time.monotonic()
-problems = []
-
-
-def expect(holds, words):
-    print(("ok      " if holds else "FAILED  ") + f"{time.monotonic() - kBegun:6.1f} s  {words}", flush=True)
-    if not holds:
-        problems.append(words)
 
 
 def check_sources():
