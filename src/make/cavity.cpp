@@ -254,12 +254,6 @@ std::vector<std::size_t> crossing_triangles(const Mesh& mesh) {
   return triangles;
 }
 
-Mesh detail::cavity_surface(BlockField& field, const SurfaceQuery& surface, const Moments& q, const CavityOptions& options,
-                            CavityMesh& result) {
-  const FieldQuadric quadric(q, options.inset_mm);
-  return sound_surface(field, {surface, quadric, options.least_distance_mm(), field.spacing_mm}, options, 0, result);
-}
-
 Mesh detail::offset_surface(BlockField& field, const SurfaceQuery& surface, const CavityOptions& options, double chord_error_mm,
                             CavityMesh& result) {
   Moments everywhere = Moments::Zero();
@@ -287,8 +281,9 @@ void detail::take_shells(const Mesh& all, const CavityOptions& options, CavityMe
 
 CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Moments& q, const CavityOptions& options) {
   CavityMesh result;
-  const Mesh all = detail::cavity_surface(field, surface, q, options, result);
-  detail::take_shells(all, options, result);
+  const FieldQuadric quadric(q, options.inset_mm);
+  const Fitter fitter(surface, quadric, options.least_distance_mm(), field.spacing_mm);
+  detail::take_shells(sound_surface(field, fitter, options, 0, result), options, result);
   return result;
 }
 

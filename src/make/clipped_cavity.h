@@ -7,11 +7,8 @@
 
 namespace rayrep::detail {
 
-/// Closed, facing outward, vertices on their surfaces, crossing triangles closed in `field` as far as that helps: what mesh_cavity
-/// is made of. Counts what it closed in `result`.
-Mesh cavity_surface(BlockField& field, const SurfaceQuery& surface, const Moments& q, const CavityOptions& options,
-                    CavityMesh& result);
-/// The same of all that is at least the wall away, with fewer triangles: none is farther from it than the error.
+/// The surface of all that is at least the wall away, closed and facing outward, with few triangles: none is farther from it than
+/// the error. Where it crosses itself it is closed in `field`, as far as that helps, and counted in `result`.
 Mesh offset_surface(BlockField& field, const SurfaceQuery& surface, const CavityOptions& options, double chord_error_mm,
                     CavityMesh& result);
 /// Shells that are cavities go into `result`, facing inward; islands and what is too small are counted.

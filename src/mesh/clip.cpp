@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mesh/holes.h"
+#include "mesh/mesh_edges.h"
 #include "mesh/rims.h"
 
 namespace rayrep {
@@ -54,8 +55,7 @@ private:
     const int low = height_[a] < height_[b] ? a : b;
     const int high = low == a ? b : a;
     if (height_[high] == 0) return kept(high);
-    const auto key = (static_cast<std::uint64_t>(low) << 32) | static_cast<std::uint32_t>(high);
-    const auto [place, is_new] = crossings_.try_emplace(key, static_cast<int>(result_.vertices.size()));
+    const auto [place, is_new] = crossings_.try_emplace(edge_key(low, high), static_cast<int>(result_.vertices.size()));
     if (is_new) {
       const double t = height_[low] / (height_[low] - height_[high]);
       Eigen::Vector3d p = mesh_.vertices[low] + t * (mesh_.vertices[high] - mesh_.vertices[low]);

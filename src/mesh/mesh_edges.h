@@ -1,11 +1,17 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <vector>
 
 #include "rayrep/mesh/mesh.h"
 
 namespace rayrep {
+
+/// One number for the edge between two vertices, whichever comes first: the lower one in its upper half.
+inline std::uint64_t edge_key(int a, int b) {
+  return (static_cast<std::uint64_t>(std::min(a, b)) << 32) | static_cast<std::uint32_t>(std::max(a, b));
+}
 
 /// The corners of triangles at each vertex: those at vertex v are corners[first[v]] to corners[first[v + 1] - 1], ascending. Corner
 /// k of triangle t is 3 t + k.

@@ -19,10 +19,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-std::uint64_t edge_key(int a, int b) {
-  return (static_cast<std::uint64_t>(std::min(a, b)) << 32) | static_cast<std::uint32_t>(std::max(a, b));
-}
-
 /// f along a segment from a to b: fa + t slope + t^2 bend.
 struct Along {
   double at_a, slope, bend;

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <unordered_map>
 
+#include "mesh/mesh_edges.h"
+
 namespace rayrep {
 namespace {
 
@@ -23,12 +25,6 @@ struct Piece {
   std::uint64_t from;
   std::uint64_t to;
 };
-
-std::uint64_t edge_key(int a, int b) {
-  const auto lo = static_cast<std::uint32_t>(std::min(a, b));
-  const auto hi = static_cast<std::uint32_t>(std::max(a, b));
-  return (static_cast<std::uint64_t>(lo) << 32) | hi;
-}
 
 Eigen::Vector2d point_on(const Mesh& mesh, std::uint64_t edge, double height_mm) {
   const Eigen::Vector3d& a = mesh.vertices[edge >> 32];

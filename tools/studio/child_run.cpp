@@ -38,23 +38,6 @@ Said said_in(const std::filesystem::path& file) {
   return said;
 }
 
-std::string kind_of(int exit_code) {
-  switch (static_cast<ErrorCode>(exit_code)) {
-    case ErrorCode::usage:
-      return "usage";
-    case ErrorCode::input:
-      return "input";
-    case ErrorCode::goal:
-      return "goal";
-    case ErrorCode::solver:
-      return "solver";
-    case ErrorCode::write:
-      return "write";
-    default:
-      return "internal";
-  }
-}
-
 ChildRun::Status ended(const Ended& how, const std::string& message) {
   ChildRun::Status status;
   if (how.how == Ended::How::exited && how.code == 0) {
@@ -73,6 +56,23 @@ ChildRun::Status ended(const Ended& how, const std::string& message) {
 }
 
 }  // namespace
+
+std::string kind_of(int exit_code) {
+  switch (static_cast<ErrorCode>(exit_code)) {
+    case ErrorCode::usage:
+      return "usage";
+    case ErrorCode::input:
+      return "input";
+    case ErrorCode::goal:
+      return "goal";
+    case ErrorCode::solver:
+      return "solver";
+    case ErrorCode::write:
+      return "write";
+    default:
+      return "internal";
+  }
+}
 
 ChildRun::ChildRun(std::filesystem::path folder, std::vector<std::string> words, const Options& options)
     : folder_(std::move(folder)), thread_([this, words = std::move(words), options] { follow(words, options); }) {}

@@ -12,6 +12,9 @@
 
 namespace rayrep::tool {
 
+/// Of an exit code, for the page: "usage", "input", "goal", "solver", "write", else "internal".
+std::string kind_of(int exit_code);
+
 /// A run of the command as a process of its own: what crashes it, or takes all memory, does not end the studio, and it can be ended
 /// at any time. It is the command line that the page tells, so what comes of it is what that gives.
 class ChildRun {
@@ -22,7 +25,7 @@ public:
     std::string stage = {};
     std::optional<double> share = {};  ///< done of it, 0 to 1, where that can be known
     std::optional<double> left_s = {};
-    std::string kind = {};     ///< of what failed: "usage", "input", "goal", "solver", "write", "internal"
+    std::string kind = {};     ///< of what failed
     std::string message = {};  ///< what the command says
   };
 

@@ -13,6 +13,7 @@
 #include <thread>
 #include <utility>
 
+#include "child_run.h"
 #include "rayrep/base/error.h"
 #include "rayrep/report/page_data.h"
 
@@ -54,26 +55,6 @@ void refuse(Response& response, int status, const std::string& kind, const std::
   response.status = status;
   const Json error = {{"error", {{"kind", kind}, {"message", message}}}};
   answer(response, error.dump(-1, ' ', false, Json::error_handler_t::replace), kJson);
-}
-
-const char* kind_of(ErrorCode code) {
-  switch (code) {
-    case ErrorCode::usage:
-      return "usage";
-    case ErrorCode::input:
-      return "input";
-    case ErrorCode::goal:
-      return "goal";
-    case ErrorCode::solver:
-      return "solver";
-    case ErrorCode::write:
-      return "write";
-    case ErrorCode::interrupted:
-      return "superseded";
-    case ErrorCode::internal:
-      break;
-  }
-  return "internal";
 }
 
 /// "attachment; filename=..." for names of any characters: RFC 6266.
@@ -213,7 +194,9 @@ struct Server::Impl {
     } catch (const Refused& refusal) {
       refuse(response, refusal.status, refusal.kind, refusal.what());
     } catch (const Error& error) {
-      refuse(response, error.code() == ErrorCode::internal ? 500 : 422, kind_of(error.code()), session.told(error.what()));
+      refuse(response, error.code() == ErrorCode::internal ? 500 : 422,
+             error.code() == ErrorCode::interrupted ? "superseded" : kind_of(static_cast<int>(error.code())),
+             session.told(error.what()));
     } catch (const std::bad_alloc&) {
       refuse(response, 500, "internal", "Out of memory: try a mesh of fewer triangles.");
     } catch (const std::exception& error) {
