@@ -30,6 +30,8 @@
 #include "rayrep/physics/moments.h"          // mass, centre of mass, inertia: the ten moments
 #include "rayrep/physics/bead.h"             // moments of what a nozzle lays down
 #include "rayrep/physics/core.h"             // heavy cores, balls, and what is fixed in a body
+#include "rayrep/physics/cut.h"              // into pieces that are printed by themselves; axles
+#include "rayrep/physics/drains.h"           // holes by which cavities give up what is left in them
 #include "rayrep/physics/infill.h"           // what a slicer lays down where it is told to print sparsely
 #include "rayrep/physics/inertial.h"         // the ten numbers of a rigid body, as URDF and MJCF
 #include "rayrep/physics/hydrostatics.h"     // displacement, buoyancy, metacentre, where it comes to rest

@@ -46,6 +46,9 @@ struct HollowOptions {
   /// Bodies inside that are not printed (a magnet, a bolt, a coin): known masses, whose room is kept free and as far from surface
   /// and cavities as the wall. In the frame of the mesh that is given, facing outward.
   std::vector<FixedBody> fixed = {};
+  /// Regions in which the body stays solid (a hook, an eye, a boss for a screw), and as far around as the wall. In the frame of the
+  /// mesh that is given, closed, facing outward; they may reach out of it.
+  std::vector<Mesh> keep_solid = {};
   /// Heights above the lowest point at which the print is paused to put them in; empty: those of the tops of their rooms.
   std::vector<double> pauses_mm = {};
   /// Only a look at what is in reach, with nothing made after it: the grid of the cavity need not be finer than half of the rays',

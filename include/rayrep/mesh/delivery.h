@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -28,6 +29,9 @@ struct Part {
   Role role = Role::body;
   double density_g_cm3 = 1.24;
   std::optional<SparseInfill> infill = {};  ///< of a modifier
+  std::string name = {};                    ///< of a piece of the body that is printed by itself; empty: it is all in one piece
+  /// Of such a piece: from where it is in the whole to how it lies on the bed, the lowest point at z = 0.
+  Eigen::Affine3d to_bed = Eigen::Affine3d::Identity();
 };
 
 /// What a maker gives out: what is written, and what a judge is told of.

@@ -9,6 +9,8 @@
 
 #include "rayrep/base/setting.h"
 #include "rayrep/physics/core.h"
+#include "rayrep/physics/cut.h"
+#include "rayrep/physics/drains.h"
 #include "rayrep/physics/inertial.h"
 #include "rayrep/physics/infill.h"
 #include "rayrep/physics/spin.h"
@@ -28,6 +30,12 @@ struct Print {
   Infill infill = {};           ///< of a maker: what the cavities hold; a judge takes it from the file
   Core core = {};               ///< of a maker: what a part of the cavity holds; a judge is given it as an insert
   Balls balls = {};             ///< of a maker, likewise
+  Drains drains = {};           ///< of a maker, with plugs as parts
+  Cut cut = {};                 ///< of a maker: into pieces that are printed by themselves
+  /// Of the mesh, upward on the bed; none: that of the spec.
+  std::optional<Eigen::Vector3d> direction = {};
+  /// Of a maker: roofs of cavities rise at least so many degrees from the horizontal along that direction; 0: as they come.
+  double self_supporting_deg = 0;
 };
 
 /// How prints scatter: the centre of mass may lie this far from where the mesh has it. 0.1 mm, or 5e-4 of the diagonal of the
@@ -76,6 +84,7 @@ struct SpinSpec {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< the spin axis; need not be a unit vector
   SpinAxis axis;                                  ///< of a top: through which point
   bool yoyo = false;
+  Axle axle = {};                            ///< of a yo-yo
   std::optional<Eigen::Vector3d> centre_mm;  ///< of a yo-yo: wanted centre of mass; none: the middle of the bounding box
   AxisClass prefer = AxisClass::largest;     ///< or smallest: which principal moment Izz shall be
 
