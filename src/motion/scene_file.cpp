@@ -79,7 +79,8 @@ public:
 
   SceneFile read() {
     const Json json = object_in(text_in(path_), path_.string());
-    known_names(json, "the scene", {"parts", "states", "transitions", "may_touch", "clearance", "room", "about"});
+    known_names(json, "the scene",
+                {"parts", "states", "transitions", "may_touch", "clearance", "room", "fluid", "least_tip", "about"});
     for (const auto& [name, value] : object(json, "parts", "the scene").items()) read_part(name, value);
     if (scene().parts.empty()) complain({}, "parts", "there are none: \"parts\" names them with their meshes");
     for (const auto& [name, value] : object(json, "states", "the scene").items()) read_state(name, value);
@@ -87,6 +88,8 @@ public:
     for (const Json& value : list(json, "may_touch", "the scene")) read_pair(value);
     if (json.contains("clearance")) scene().clearance_mm = number(json["clearance"], "clearance", 0);
     if (json.contains("room")) read_room(json["room"]);
+    if (json.contains("fluid")) read_fluid(json["fluid"]);
+    if (json.contains("least_tip")) scene().least_tip_deg = number(json["least_tip"], "least_tip", 0);
     return std::move(file_);
   }
 
@@ -247,7 +250,7 @@ private:
 
   void read_state(const std::string& name, const Json& json) {
     const std::string where = "states, " + name;
-    known_names(json, where, {"up", "poses"});
+    known_names(json, where, {"up", "poses", "rests", "hinges"});
     SceneState state{.name = name, .up = Vector3d::UnitZ(), .poses = std::vector<PartPose>(scene().parts.size())};
     std::vector<Turn> turns(scene().parts.size());
     if (json.is_object() && json.contains("up")) state.up = direction(json["up"], where + ", up");
@@ -260,8 +263,61 @@ private:
       turns[*part] = turn(pose, here);
       state.poses[*part].rotation = turns[*part].rotation;
     }
+    if (json.is_object() && json.contains("rests")) state.rests = rests(json["rests"], where + ", rests");
+    for (const Json& hinge : list(json, "hinges", where)) read_hinge(hinge, where + ", hinges", state);
     scene().states.push_back(std::move(state));
     turns_.push_back(std::move(turns));
+  }
+
+  void read_fluid(const Json& json) {
+    if (!json.is_string()) {
+      scene().fluid_g_cm3 = number(json, "fluid", 1e-3);
+      return;
+    }
+    std::string names;
+    for (const Fluid& fluid : fluids()) {
+      if (json == fluid.name) scene().fluid_g_cm3 = fluid.density_g_cm3;
+      if (json == fluid.name) return;
+      names += std::string(names.empty() ? "" : ", ") + fluid.name;
+    }
+    complain({}, "fluid", "it takes a density in g/cm3 or one of " + names);
+  }
+
+  /// "stands", or { "kind": "hangs", "point": [0, 0, 50] }.
+  Pose rests(const Json& json, const std::string& where) {
+    static const std::map<std::string, Pose::Kind> kKinds = {
+        {"stands", Pose::Kind::stands}, {"hangs", Pose::Kind::hangs}, {"floats", Pose::Kind::floats}};
+    Pose pose;
+    known_names(json, where, {"kind", "point", "waterline"});
+    const Json kind = json.is_object() && json.contains("kind") ? json["kind"] : json;
+    const auto found = kKinds.find(kind.is_string() ? kind.get<std::string>() : "");
+    if (found == kKinds.end())
+      complain({}, where, "it is stands, floats or hangs, or { \"kind\": \"hangs\", \"point\": [x, y, z] }");
+    else
+      pose.kind = found->second;
+    if (!json.is_object()) {
+      if (pose.kind == Pose::Kind::hangs)
+        complain({}, where, "what hangs needs its point: { \"kind\": \"hangs\", \"point\": [x, y, z] }");
+      return pose;
+    }
+    if (json.contains("point")) pose.point_mm = point(json["point"], where + ", point");
+    if (json.contains("waterline")) pose.waterline_mm = number(json["waterline"], where + ", waterline", 0);
+    return pose;
+  }
+
+  void read_hinge(const Json& json, const std::string& where, SceneState& state) {
+    known_names(json, where, {"point", "axis", "parts"});
+    HingeBalance hinge;
+    if (!json.is_object() || !json.contains("point") || !json.contains("axis") || !json.contains("parts")) {
+      complain({}, where, "it takes { \"point\": [x, y, z], \"axis\": \"x\", \"parts\": [\"lid\"] }");
+      return;
+    }
+    hinge.point_mm = point(json["point"], where + ", point");
+    hinge.axis = direction(json["axis"], where + ", axis");
+    for (const Json& name : list(json, "parts", where))
+      if (const auto part = part_named(name.is_string() ? name.get<std::string>() : name.dump(), where))
+        hinge.parts.push_back(*part);
+    if (!hinge.parts.empty()) state.hinges.push_back(std::move(hinge));
   }
 
   std::optional<std::size_t> state_of(const Json& json, const char* end, const std::string& where) {
@@ -431,6 +487,13 @@ Json json_of(const Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
 void add_rotation(Json& json, const Quaterniond& q) { json["quaternion"] = {q.w(), q.x(), q.y(), q.z()}; }
 
+Json json_of(const Pose& pose) {
+  Json json = {{"kind", pose.kind == Pose::Kind::hangs ? "hangs" : pose.kind == Pose::Kind::floats ? "floats" : "stands"}};
+  if (pose.kind == Pose::Kind::hangs) json["point"] = json_of(pose.point_mm);
+  if (pose.waterline_mm) json["waterline"] = *pose.waterline_mm;
+  return json;
+}
+
 Json json_of(const ScenePart& part, const std::filesystem::path& folder) {
   std::error_code error;
   const std::filesystem::path relative = std::filesystem::relative(part.file, folder, error);
@@ -458,6 +521,25 @@ Json json_of(const Motion& motion) {
 
 SceneFile read_scene(const std::filesystem::path& path, const Progress& progress) { return SceneReader(path, progress).read(); }
 
+Mechanism mechanism_of(const Scene& scene) {
+  Mechanism mechanism;
+  mechanism.fluid_g_cm3 = scene.fluid_g_cm3;
+  mechanism.least_tip_deg = scene.least_tip_deg;
+  for (const ScenePart& part : scene.parts) mechanism.parts.push_back({part.name, *part.mesh, part.print, part.printed});
+  for (const SceneState& state : scene.states) {
+    if (!state.rests) continue;
+    MechanismState wanted{state.name, {}, *state.rests, state.hinges};
+    wanted.rests.up = state.up;
+    for (std::size_t p = 0; p < scene.parts.size(); ++p) wanted.poses.emplace_back(state.poses[p].about(scene.parts[p].pivot_mm));
+    mechanism.states.push_back(std::move(wanted));
+  }
+  if (mechanism.states.empty())
+    throw Error(
+        ErrorCode::usage,
+        "No state of this scene says how it shall rest: give one \"rests\": \"stands\", \"floats\" or \"hangs\" (docs/scene.md).");
+  return mechanism;
+}
+
 std::string scene_text(const Scene& scene, const std::filesystem::path& path) {
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
   Json json = {{"parts", Json::object()}, {"states", Json::object()}, {"transitions", Json::array()}};
@@ -469,7 +551,14 @@ std::string scene_text(const Scene& scene, const std::filesystem::path& path) {
       add_rotation(pose, state.poses[p].rotation);
       poses[scene.parts[p].name] = pose;
     }
-    json["states"][state.name] = {{"up", json_of(state.up)}, {"poses", poses}};
+    Json& written = json["states"][state.name];
+    written = {{"up", json_of(state.up)}, {"poses", poses}};
+    if (state.rests) written["rests"] = json_of(*state.rests);
+    for (const HingeBalance& hinge : state.hinges) {
+      Json names = Json::array();
+      for (const std::size_t part : hinge.parts) names.push_back(scene.parts[part].name);
+      written["hinges"].push_back({{"point", json_of(hinge.point_mm)}, {"axis", json_of(hinge.axis)}, {"parts", names}});
+    }
   }
   for (const Transition& transition : scene.transitions) {
     Json motions = Json::object();
@@ -484,6 +573,8 @@ std::string scene_text(const Scene& scene, const std::filesystem::path& path) {
     if (pair.clearance_mm) touch["clearance"] = *pair.clearance_mm;
     json["may_touch"].push_back(touch);
   }
+  if (scene.fluid_g_cm3 != 1.0) json["fluid"] = scene.fluid_g_cm3;
+  if (scene.least_tip_deg) json["least_tip"] = *scene.least_tip_deg;
   if (scene.clearance_mm > 0) json["clearance"] = scene.clearance_mm;
   if (scene.room) json["room"] = {json_of(scene.room->min()), json_of(scene.room->max())};
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "rayrep/report/balance_report.h"
 #include "rayrep/report/report.h"
 
 namespace rayrep {
@@ -293,5 +294,44 @@ std::string to_json(const Measurement& measurement) {
 }
 
 std::string version() { return RAYREP_VERSION; }
+
+std::string to_json(const BalanceReport& report) {
+  Json json = head("balance");
+  json["scene"] = report.scene;
+  json["pass"] = report.verdict.pass();
+  json["mass_g"] = number(report.verdict.mass_g);
+  json["parts"] = Json::array();
+  std::size_t n = 0;
+  for (const MechanismPart& part : report.mechanism.parts) {
+    if (!part.printed) continue;
+    const Verdict& verdict = report.verdict.parts[n];
+    Json one = {{"name", part.name}, {"mass_g", number(verdict.body.mass_g)}, {"cavities", verdict.cavities}};
+    if (n < report.outputs.size()) one["output"] = report.outputs[n];
+    one["criteria"] = criteria_json(verdict);
+    one["notes"] = verdict.notes;
+    json["parts"].push_back(one);
+    ++n;
+  }
+  json["states"] = Json::array();
+  for (std::size_t k = 0; k < report.verdict.states.size(); ++k) {
+    const PoseVerdict& verdict = report.verdict.states[k];
+    Json figures = Json::object();
+    add(verdict.figures, figures);
+    json["states"].push_back({{"name", report.mechanism.states[k].name},
+                              {"pass", verdict.pass()},
+                              {"after", figures},
+                              {"criteria", criteria_json(verdict)},
+                              {"meaning", verdict.meaning}});
+  }
+  if (report.made) {
+    json["passes"] = report.made->passes;
+    json["as_built_error"] = number(report.made->as_built_error);
+    json["least_tip_rad"] = report.made->least_tip_rad ? number(*report.made->least_tip_rad) : Json(nullptr);
+    json["tip_bound_rad"] = report.made->tip_bound_rad ? number(*report.made->tip_bound_rad) : Json(nullptr);
+    json["proof"] = report.made->proof;
+  }
+  if (!report.outputs.empty()) json["output"] = report.outputs.back();
+  return dumped(json);
+}
 
 }  // namespace rayrep

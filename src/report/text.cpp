@@ -2,6 +2,7 @@
 #include <cctype>
 #include <cmath>
 
+#include "rayrep/report/balance_report.h"
 #include "rayrep/report/report.h"
 #include "report/words.h"
 
@@ -267,6 +268,28 @@ std::string to_text(const Measurement& measurement) {
   text += measurement.placed ? "  In the coordinates of the mesh:\n"
                              : "  In the printer's coordinates (--of MESH gives those of the mesh):\n";
   return text + body_text(measurement.body);
+}
+
+std::string to_text(const BalanceReport& report) {
+  std::string text;
+  std::size_t n = 0;
+  for (const MechanismPart& part : report.mechanism.parts) {
+    if (!part.printed) continue;
+    const Verdict& verdict = report.verdict.parts[n];
+    text += format("  %-16s %10.2f g  %s\n", part.name, verdict.body.mass_g,
+                   n < report.outputs.size() ? report.outputs[n] : std::to_string(verdict.cavities) + " cavities");
+    for (const Criterion& c : verdict.criteria)
+      if (!c.pass()) text += wrapped("fails: " + words_of(c) + ", " + value_text(c, c.value) + " (" + value_text(c, c.limit) + ")");
+    ++n;
+  }
+  text += format("  %-16s %10.2f g\n", "together", report.verdict.mass_g);
+  for (const PoseVerdict& verdict : report.verdict.states)
+    for (const std::string& sentence : verdict.meaning) text += "\n" + wrapped(sentence);
+  if (report.made && !report.made->proof.empty()) {
+    text += "\n";
+    for (const std::string& sentence : report.made->proof) text += sentence + "\n";
+  }
+  return text;
 }
 
 }  // namespace rayrep

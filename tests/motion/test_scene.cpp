@@ -100,6 +100,36 @@ TEST_F(SceneFiles, AreTheSameAfterTheyWereWritten) {
   EXPECT_EQ(again.scene.room->max(), scene.room->max());
 }
 
+TEST_F(SceneFiles, SayHowTheyRest) {
+  const std::string text = R"({"parts": {"table": {"mesh": "table.stl"}, "cube": {"mesh": "cube.stl", "pivot": [0, 0, 5]}},
+    "states": {"on": {"rests": "stands"}, "afloat": {"rests": {"kind": "floats", "waterline": 4}, "up": "x"}, "between": {},
+               "up": {"rests": {"kind": "hangs", "point": [1, 2, 30]}, "poses": {"cube": {"at": [0, 0, 7], "axis": "x", "deg": 90}},
+                      "hinges": [{"point": [1, 2, 3], "axis": "y", "parts": ["cube"]}]}},
+    "fluid": "seawater", "least_tip": 4})";
+  const SceneFile once = read(text);
+  ASSERT_TRUE(once.problems.empty()) << once.problems[0].message;
+  for (const Scene& scene : {once.scene, read(scene_text(once.scene, folder() / "scene.json")).scene}) {
+    const Mechanism mechanism = mechanism_of(scene);
+    ASSERT_EQ(mechanism.states.size(), 3u);
+    EXPECT_EQ(mechanism.states[0].rests.kind, Pose::Kind::stands);
+    EXPECT_EQ(mechanism.states[1].rests.waterline_mm, 4);
+    EXPECT_EQ(*mechanism.states[1].rests.up, Vector3d::UnitX());
+    EXPECT_EQ(mechanism.states[2].rests.point_mm, Vector3d(1, 2, 30));
+    EXPECT_EQ(mechanism.states[2].hinges.at(0).parts, std::vector<std::size_t>{1});
+    EXPECT_EQ(mechanism.states[2].hinges.at(0).axis, Vector3d::UnitY());
+    EXPECT_TRUE((mechanism.states[2].poses[1] * Vector3d(0, 0, 5)).isApprox(Vector3d(0, 0, 12)));
+    EXPECT_GT(mechanism.fluid_g_cm3, 1);
+    EXPECT_EQ(mechanism.least_tip_deg, 4);
+  }
+  const auto message = [this](const std::string& state) {
+    const SceneFile file = read(R"({"parts": {"cube": {"mesh": "cube.stl"}}, "states": {"one": )" + state + "}}");
+    return file.problems.empty() ? "" : file.problems[0].message;
+  };
+  EXPECT_TRUE(mentions(message(R"({"rests": "stand"})"), {"one", "stands, floats or hangs"}));
+  EXPECT_TRUE(mentions(message(R"({"rests": "hangs"})"), {"one", "point"}));
+  EXPECT_TRUE(mentions(message(R"({"hinges": [{"point": [0, 0, 0], "axis": "x", "parts": ["lid"]}]})"), {"no part 'lid'"}));
+}
+
 TEST_F(SceneFiles, TurnsGoRoundAsOftenAsTheySay) {
   const SceneFile file = read(R"({"parts": {"cube": {"mesh": "cube.stl"}},
     "states": {"a": {}, "b": {"poses": {"cube": {"axis": "z", "deg": 720}}}}, "transitions": [{"from": "a", "to": "b"}]})");

@@ -25,12 +25,14 @@ SCENE = {
     "transitions": [{"from": "left", "to": "right", "motions": {"heart": {"translation": [{"time": 0.5, "at": [0, 0, 5], "in": [-80, 0, 0], "out": [80, 0, 0]}]}}}],
     "may_touch": [{"parts": ["duck", "heart"], "clearance": 0.2}], "room": [[-300, -300, -300], [300, 300, 300]],
 }
-SCENE_RUNS = [("motion", "scene.json"), ("scene", "check", "scene.json"), ("carve", "scene.json", "--part", "duck", "--by", "heart", "--tolerance", "4")]
+SCENE_RUNS = [("motion", "scene.json"), ("scene", "check", "scene.json"), ("carve", "scene.json", "--part", "duck", "--by", "heart", "--tolerance", "4"),
+              ("balance", str(EXAMPLES / "scenes/giraffe.json"), "--resolution", "40", "-o", "balanced")]
 
 
 def check_scenes(tool, schema, validator):
     """The scene against its schema, and what is told of it."""
-    failed = list(validator(json.loads((ROOT / "docs/scene.schema.json").read_text())).iter_errors(SCENE))
+    of_scenes = validator(json.loads((ROOT / "docs/scene.schema.json").read_text()))
+    failed = [error for scene in [SCENE, *(json.loads(p.read_text()) for p in sorted((EXAMPLES / "scenes").glob("*.json")))] for error in of_scenes.iter_errors(scene)]
     for words in SCENE_RUNS:
         with tempfile.TemporaryDirectory() as folder:
             (Path(folder) / "scene.json").write_text(json.dumps(SCENE))

@@ -106,5 +106,37 @@ TEST_F(SceneTool, CarveMakesRoom) {
   EXPECT_EQ(run("carve over.json --part table --by table").code, 2);
 }
 
+TEST_F(SceneTool, BalanceWritesPartsThatRestInEveryStateAndASceneThatNamesThem) {
+  const std::string giraffe = "'" + (source_folder() / "examples" / "scenes" / "giraffe.json").string() + "'";
+  const Run made = run("balance " + giraffe + " --resolution 40 -o giraffe");
+  EXPECT_EQ(made.code, 0) << made.err;
+  EXPECT_TRUE(mentions(made.out, {"giraffe/body.stl", "giraffe/neck.stl", "In the state 'reaching'", "proven", "VERIFIED"}));
+  const Run again = run("balance giraffe/giraffe.json --as-is --json");
+  EXPECT_EQ(again.code, 0) << again.err;
+  const nlohmann::json json = nlohmann::json::parse(again.out);
+  EXPECT_TRUE(json["pass"]);
+  EXPECT_EQ(json["parts"][0]["cavities"], 1);
+  EXPECT_FALSE(json.contains("output"));
+  // Its neck solid and its body hollow it falls on its face.
+  fs::copy_file(source_folder() / "examples" / "scenes" / "giraffe_neck.stl", folder() / "giraffe" / "neck.stl",
+                fs::copy_options::overwrite_existing);
+  EXPECT_EQ(run("motion giraffe/giraffe.json").code, 0);
+  const Run none = run("balance over.json");
+  EXPECT_EQ(none.code, 2);
+  EXPECT_TRUE(mentions(none.err, {"rests"}));
+  EXPECT_FALSE(fs::exists(folder() / "over_balanced"));
+}
+
+TEST_F(SceneTool, BalanceLeavesNothingBehindWhereItCannotBeDone) {
+  // Stood on its side the cube lies beyond the edge of the table, whatever is inside.
+  std::ofstream(folder() / "falls.json") << R"({"parts": {"cube": {"mesh": "cube.stl"}, "table": {"mesh": "cube.stl"}},
+    "states": {"beside": {"poses": {"cube": {"at": [9, 0, 10]}}, "rests": "stands"},
+               "far": {"poses": {"cube": {"at": [60, 0, 10]}}, "rests": "stands"}}})";
+  const Run falls = run("balance falls.json");
+  EXPECT_EQ(falls.code, 4);
+  EXPECT_TRUE(mentions(falls.err, {"cannot rest", "'far'"}));
+  EXPECT_FALSE(fs::exists(folder() / "falls_balanced"));
+}
+
 }  // namespace
 }  // namespace rayrep::test

@@ -813,6 +813,27 @@ std::vector<Group> carve_groups(Options& options) {
   return {{"Carving", carving}, {"Output", files}};
 }
 
+std::vector<Group> balance_groups(Options& options) {
+  Settings making = {{.name = "resolution",
+                      .value = "N",
+                      .words = "rays along the longest side of each part, 20 to 1000",
+                      .details = "",
+                      .place = &options.hollow.resolution,
+                      .range = {.lo = 20, .hi = 1000, .open = false}},
+                     {.name = "as-is",
+                      .value = "",
+                      .words = "judge the parts as they are: nothing is made",
+                      .details = "So is what was written judged again: rayrep balance FOLDER/SCENE --as-is.",
+                      .place = &options.scene.as_is}};
+  Settings files = {{.name = "output,o",
+                     .value = "FOLDER",
+                     .words = "gets the parts and the scene that names them (default SCENE_balanced)",
+                     .details = "PART.stl of each part that is printed, in the coordinates of its mesh.",
+                     .place = path_place(options.output)}};
+  append(files, scene_output_rows(options));
+  return {{"The insides", making}, {"Output", files}};
+}
+
 }  // namespace
 
 std::string long_name(const Setting& setting) { return setting.name.substr(0, setting.name.find(',')); }
@@ -1323,6 +1344,11 @@ const std::vector<Syntax>& commands() {
                    "rayrep carve SCENE --part A --by B [options]: take out of A the way that B makes through it.\n"
                    "The rest of A's surface stays as it is. Afterwards 'rayrep motion' finds them that far apart.\n",
                    "carve out of a part the way that another one makes through it", Command::carve, "SCENE"});
+    all.push_back({"balance",
+                   "rayrep balance SCENE [options]: hollow the parts of a scene so that it rests in all of its states.\n"
+                   "A state says how: \"rests\": \"stands\", \"floats\" or \"hangs\" (docs/scene.md). All printed parts are\n"
+                   "hollowed together, and judged state by state from the files. Exit code 4: it cannot be done.\n",
+                   "hollow the parts of a scene so that it rests in all of its states", Command::balance, "SCENE"});
     all.push_back({"batch",
                    "rayrep batch JOBS.jsonl -o FOLDER [options]: run many, each as a process of its own.\n"
                    "A job is a line of JSON: {\"command\": \"float\", \"mesh\": \"duck.stl\", \"options\": {\"wall\": 0.8}}\n"
@@ -1359,6 +1385,8 @@ std::vector<Group> groups_of(const Syntax& syntax, Options& options) {
       return motion_groups(options);
     case Command::carve:
       return carve_groups(options);
+    case Command::balance:
+      return balance_groups(options);
     case Command::text:
       break;
   }
@@ -1572,6 +1600,8 @@ void take(const Given& given, const Syntax& syntax, const SpecFile* file, Option
   choose_output(options);
   choose_batch(options);
   choose_carving(options);
+  if (options.command == Command::balance && options.output.empty())
+    options.output = options.input.parent_path() / (options.input.stem().string() + "_balanced");
   choose_pictures(options);
   check_slicer(given, options);
   if (options.command == Command::hollow || options.command == Command::verify) options.quiet = options.quiet || options.json;

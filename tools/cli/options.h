@@ -20,7 +20,7 @@
 
 namespace rayrep::tool {
 
-enum class Command { hollow, verify, inspect, measure, view, batch, sweep, studio, scene, motion, carve, text };
+enum class Command { hollow, verify, inspect, measure, view, batch, sweep, studio, scene, motion, carve, balance, text };
 
 /// A file with a body that is not printed.
 struct FixedFile {
@@ -55,6 +55,7 @@ struct SceneOptions {
   std::optional<double> clearance_mm;  ///< none: the scene's
   std::string part, by;                ///< carve: of what, and what makes its way through it
   double carve_tolerance_mm = 0.2;     ///< how much more may be taken away than has to be
+  bool as_is = false;                  ///< balance: judge the parts as they are
   bool hint = false;                   ///< motion: tell what moves out of the way
   bool resolve = false;                ///< and do so
   std::vector<std::string> free;       ///< what may be moved then; empty: everything
@@ -89,7 +90,7 @@ struct Options {
   bool density_given = false;     ///< by --density or --material
   BatchOptions batch;             ///< batch
   StudioOptions studio;           ///< studio
-  SceneOptions scene;             ///< scene, motion, carve
+  SceneOptions scene;             ///< scene, motion, carve, balance
   std::vector<Job> sweep;         ///< sweep: what it writes
   std::vector<std::string> vary;  ///< and of what: NAME=VALUES
   PrintedOptions printed;         ///< of a file for a printer: how it is read,
@@ -122,7 +123,9 @@ struct Options {
   std::filesystem::path picture;                          ///< empty: none
   Eigen::Vector3d picture_up = Eigen::Vector3d::UnitZ();  ///< inspect, view
   /// The input is a scene, not a mesh.
-  bool takes_scene() const { return command == Command::scene || command == Command::motion || command == Command::carve; }
+  bool takes_scene() const {
+    return command == Command::scene || command == Command::motion || command == Command::carve || command == Command::balance;
+  }
   double insert_density() const;  ///< of what is in insert_output
   bool draws() const { return !sections.empty() || !picture.empty(); }
   /// All meshes that are written.

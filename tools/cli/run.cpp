@@ -691,6 +691,9 @@ void run(const Options& options, const std::function<bool()>& cancelled) {
     case Command::motion:
       run_motion(options, stages, progress);
       break;
+    case Command::balance:
+      run_balance(options, stages, progress);
+      break;
     case Command::carve:
       run_carve(options, stages, progress);
       break;

@@ -1,14 +1,22 @@
 #include "scene.h"
 
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
 #include <iostream>
+#include <memory>
 #include <string>
 #include <utility>
 
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
+#include "rayrep/io/write_file.h"
+#include "rayrep/judge/verify_mechanism.h"
+#include "rayrep/make/balance.h"
 #include "rayrep/motion/carve.h"
 #include "rayrep/motion/motion_check.h"
 #include "rayrep/motion/scene.h"
+#include "rayrep/report/balance_report.h"
 #include "rayrep/report/motion_report.h"
 
 namespace rayrep::tool {
@@ -99,6 +107,93 @@ void run_carve(const Options& options, Stages& stages, const Progress& progress)
     std::cout << to_json(scene.parts[part].name, scene.parts[by].name, options.output.string(), carving);
   else if (!options.quiet)
     std::cout << printable(to_text(scene.parts[part].name, scene.parts[by].name, options.output.string(), carving));
+}
+
+namespace {
+
+/// Of a part: its name with what files are not to be called by replaced, and a number where that is taken.
+std::filesystem::path file_of(const std::string& part, const std::vector<std::filesystem::path>& taken) {
+  std::string name;
+  for (const char c : part) name += std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' ? c : '_';
+  std::filesystem::path file = name + ".stl";
+  for (int n = 2; std::find(taken.begin(), taken.end(), file) != taken.end(); ++n) file = name + "_" + std::to_string(n) + ".stl";
+  return file;
+}
+
+HollowOptions making_options(const Options& options) {
+  HollowOptions making = options.hollow;
+  making.as_stored = [](const Mesh& mesh) { return as_stored("part.stl", mesh); };
+  return making;
+}
+
+/// @throws Error{goal} that names what fails
+void require_pass(const Options& options, const BalanceReport& report) {
+  if (report.verdict.pass()) return;
+  std::string names;
+  std::size_t n = 0;
+  for (const MechanismPart& part : report.mechanism.parts)
+    if (part.printed && !report.verdict.parts[n++].pass()) names += (names.empty() ? "part " : ", part ") + part.name;
+  for (std::size_t k = 0; k < report.verdict.states.size(); ++k)
+    if (!report.verdict.states[k].pass()) names += (names.empty() ? "state " : ", state ") + report.mechanism.states[k].name;
+  throw Error(ErrorCode::goal, options.input.string() + ": NOT VERIFIED (" + names + ").");
+}
+
+void tell(const Options& options, const BalanceReport& report) {
+  if (options.json)
+    std::cout << to_json(report);
+  else if (!options.quiet)
+    std::cout << printable(to_text(report));
+  std::cout.flush();
+}
+
+/// Makes the parts, writes them beside their places, judges what stands there, and puts it in place when it is good.
+void balance_and_write(const Options& options, const Scene& scene, BalanceReport& report, const Progress& progress) {
+  const Mechanism asked = report.mechanism;
+  report.made = balance(asked, making_options(options), progress);
+  std::error_code error;
+  std::filesystem::create_directories(options.output, error);
+  if (error) throw Error(ErrorCode::write, "Cannot make the folder '" + options.output.string() + "': " + error.message() + ".");
+  std::vector<std::filesystem::path> files;
+  std::vector<std::unique_ptr<PendingFile>> pending;
+  Scene balanced = scene;
+  progress.begin("write");
+  for (const BalancedPart& made : report.made->parts) {
+    files.push_back(file_of(asked.parts[made.part].name, files));
+    pending.push_back(std::make_unique<PendingFile>(options.output / files.back()));
+    pending.back()->write(made.delivery);
+    report.mechanism.parts[made.part].mesh = read_mesh(pending.back()->path()).mesh;
+    balanced.parts[made.part].file = options.output / files.back();
+  }
+  progress.begin("verify");
+  std::vector<const Mesh*> originals;
+  for (const MechanismPart& part : asked.parts) originals.push_back(&part.mesh);
+  report.verdict = verify(report.mechanism, originals, {}, progress);
+  if (!report.verdict.pass()) return;
+  for (std::size_t n = 0; n < pending.size(); ++n) {
+    pending[n]->commit();
+    report.outputs.push_back((options.output / files[n]).string());
+  }
+  const std::filesystem::path path = options.output / options.input.filename();
+  write_text_file(path, scene_text(balanced, path));
+  report.outputs.push_back(path.string());
+}
+
+}  // namespace
+
+void run_balance(const Options& options, Stages& stages, const Progress& progress) {
+  const Scene scene = usable_scene(options, progress);
+  BalanceReport report{options.input.string(), mechanism_of(scene), {}, {}, {}};
+  if (options.scene.as_is) {
+    progress.begin("verify");
+    report.verdict = verify(report.mechanism, std::vector<const Mesh*>(report.mechanism.parts.size(), nullptr), {}, progress);
+  } else {
+    balance_and_write(options, scene, report, progress);
+  }
+  stages.finish();
+  tell(options, report);
+  require_pass(options, report);
+  if (!options.quiet && !options.json)
+    std::cout << "VERIFIED" << (report.outputs.empty() ? "" : ": wrote " + printable(report.outputs.back())) << std::endl;
 }
 
 }  // namespace rayrep::tool

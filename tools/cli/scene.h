@@ -16,4 +16,8 @@ void run_motion(const Options& options, Stages& stages, const Progress& progress
 /// Writes what is left of the part. @throws Error{goal} when nothing is; Error{input} for a scene that cannot be used
 void run_carve(const Options& options, Stages& stages, const Progress& progress);
 
+/// Writes the parts and the scene that names them, once they are judged. @throws Error{goal} when the thing does not rest in one of
+/// its states; Error{input} for a scene that cannot be used
+void run_balance(const Options& options, Stages& stages, const Progress& progress);
+
 }  // namespace rayrep::tool

@@ -11,6 +11,7 @@
 
 #include "rayrep/base/progress.h"
 #include "rayrep/mesh/mesh.h"
+#include "rayrep/physics/mechanism.h"
 #include "rayrep/physics/spec.h"
 
 // Things whose parts move: parts, the states that they can be left in, and the ways between those (docs/scene.md).
@@ -71,6 +72,8 @@ struct SceneState {
   std::string name;
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< of the scene, in this state
   std::vector<PartPose> poses;                    ///< of each part
+  std::optional<Pose> rests = {};                      ///< how all of it together rests then; none: it need not
+  std::vector<HingeBalance> hinges = {};               ///< what shall stay where it is left
 };
 
 struct Transition {
@@ -90,12 +93,17 @@ struct Scene {
   std::vector<SceneState> states;
   std::vector<Transition> transitions;
   std::vector<ScenePair> pairs;
+  double fluid_g_cm3 = 1.0;                 ///< of states that float
+  std::optional<double> least_tip_deg;      ///< of states that stand, as in Mechanism
   double clearance_mm = 0;                  ///< how near all other parts may come to each other
   std::optional<Eigen::AlignedBox3d> room;  ///< all parts stay in it
 
   /// Of that name. @throws Error{input} that lists those there are
   std::size_t part(const std::string& name) const;
 };
+
+/// The thing that shall rest in its states: those of the scene that say how. @throws Error{usage} where none does
+Mechanism mechanism_of(const Scene& scene);
 
 /// Something that is wrong with a scene.
 struct SceneProblem {
