@@ -21,6 +21,7 @@
 #include "rayrep/rays/octree_interior.h"  // an interior on an octree of cells
 
 #include "rayrep/solve/goals.h"           // moments -> objective and constraints
+#include "rayrep/solve/parts.h"           // of several bodies at once
 #include "rayrep/solve/quadric.h"         // the optimum in closed form, with a proof
 #include "rayrep/solve/certify.h"         // the global optimum of a spin, with proof
 #include "rayrep/solve/nlp.h"             // goal and interior as a nonlinear programme

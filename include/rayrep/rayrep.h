@@ -43,8 +43,10 @@
 #include "rayrep/physics/materials.h"        // densities
 #include "rayrep/physics/spin_axis.h"        // through which point a body spins
 #include "rayrep/physics/spec.h"             // what a body is for
+#include "rayrep/physics/mechanism.h"        // what a thing of several parts is for
 
 #include "rayrep/make/hollow.h"              // the inside that meets a goal
+#include "rayrep/make/balance.h"              // insides of several parts that rest in several states
 
 #include "rayrep/shape/deform.h"             // an outside that makes a goal possible
 
@@ -57,6 +59,7 @@
 #include "rayrep/draw/body_picture.h"        // a body before, deformed and after; thumbnails
 
 #include "rayrep/judge/verify.h"             // what a mesh is found to be
+#include "rayrep/judge/verify_mechanism.h"   // of several parts
 
 #include "rayrep/advice/suggest.h"           // what would do when a goal is out of reach
 

@@ -9,16 +9,26 @@
 #include <vector>
 
 #include "base/linear_algebra.h"
+#include "solve/dual_ascent.h"
 
 namespace rayrep {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+using detail::blur;
+using detail::Dual;
+using detail::dual_of;
+using detail::DualPoint;
+using detail::kInfinity;
+using detail::LinearMinimum;
+using detail::maximise;
+using detail::minimise_linear;
+
 constexpr int kWarmEvaluations = 40;  ///< that a warm start may take before it is given up for a cold one
 
 /// A goal over rays with moments in units that make them of order 1; q in the inverse units, so that q.s is the same number.
 class Problem {
 public:
+  using Vector = Moments;
   /// @param price  of what fills the rays, see RayIntegrals::priced
   Problem(const Goal& goal, const RayIntegrals& rays, const Moments& constant, double price = 0)
       : goal_(goal), rays_(rays), constant_(constant), price_(price) {
@@ -53,6 +63,8 @@ public:
     return scaled(constant_ + rays_.moments(q.cwiseQuotient(unit_)));
   }
   double lowest(const Moments& q) { return q.dot(minimiser(q)); }
+  /// K P K^T with the spread P of an interior.
+  static Eigen::MatrixXd curvature(const Eigen::MatrixXd& K, const Evaluation& at) { return congruence(K, at.spread); }
 
   Moments scaled(const Moments& s) const { return s.cwiseQuotient(unit_); }
   Moments in_mm(const Moments& s) const { return s.cwiseProduct(unit_); }
@@ -87,116 +99,6 @@ private:
   int evaluations_ = 0;
 };
 
-/// How far to blur the derivative where rays are tangent to the quadric: as far as q is on the move.
-double blur(const Moments& q, const Moments* before) {
-  return before ? 1e-3 * std::min(1.0, (q - *before).norm() / q.norm()) : 1e-7;
-}
-
-/// max over u of  min over interiors s of [ (q_0 + K^T u).s + cost ] - e.u - u.W u / 2:  the dual of  min over s of
-/// q_0.s + cost + r.r / 2  subject to  r = K s - e  with a diagonal W of ones; a zero in W stands for r_k = 0, and with a `lowest`
-/// of 0 for r_k <= 0.
-struct Dual {
-  Moments q_0;
-  Eigen::MatrixXd K;
-  Eigen::VectorXd e;
-  Eigen::VectorXd W;
-  Eigen::VectorXd lowest;  ///< of u
-};
-
-struct DualPoint {
-  Eigen::VectorXd u;
-  Moments q;
-  Problem::Evaluation at;
-  double value = -kInfinity;
-  Eigen::VectorXd gradient;  ///< 0 where it leads out of what u may be
-};
-
-DualPoint dual_of(const Dual& dual, const Eigen::VectorXd& u, const Moments& q, const Problem::Evaluation& at) {
-  const Eigen::VectorXd Wu = dual.W.cwiseProduct(u);
-  DualPoint p{u, q, at, q.dot(at.s) + at.cost - dual.e.dot(u) - 0.5 * u.dot(Wu), dual.K * at.s - dual.e - Wu};
-  for (Eigen::Index k = 0; k < u.size(); ++k)
-    if (u[k] <= dual.lowest[k] && p.gradient[k] < 0) p.gradient[k] = 0;
-  return p;
-}
-
-DualPoint dual_at(Problem& problem, const Dual& dual, const Eigen::VectorXd& u, const Moments* before = nullptr) {
-  const Moments q = dual.q_0 + dual.K.transpose() * u;
-  return dual_of(dual, u, q, problem.evaluate(q, blur(q, before)));
-}
-
-/// Newton's step, with the unknowns that it would take below their bounds, where they nearly are already, held there.
-/// @param damping  of multipliers that move no free end, relative to the largest curvature
-Eigen::VectorXd newton_step(const Dual& dual, const DualPoint& from, double damping) {
-  Eigen::MatrixXd H = congruence(dual.K, from.at.spread);
-  const double size = H.diagonal().maxCoeff();
-  // No end is free: go uphill as far as q is long, where some should be.
-  if (!(size > 0)) return from.q.norm() / (dual.K.transpose() * from.gradient).norm() * from.gradient;
-  H.diagonal() += dual.W;
-  H.diagonal().array() += size * std::max(damping, 1e-13);
-  Eigen::VectorXd g = from.gradient;
-  std::vector<bool> held(static_cast<std::size_t>(g.size()), false);
-  const auto hold = [&](Eigen::Index k) {
-    held[static_cast<std::size_t>(k)] = true;
-    H.row(k).setZero();
-    H.col(k).setZero();
-    H(k, k) = size;
-    g[k] = 0;
-  };
-  for (Eigen::Index k = 0; k < g.size(); ++k)
-    if (from.u[k] <= dual.lowest[k] && g[k] <= 0) hold(k);
-  for (;;) {
-    const Eigen::VectorXd step = solve_symmetric(H, g);
-    bool changed = false;
-    for (Eigen::Index k = 0; k < g.size(); ++k) {
-      const bool near = from.u[k] - dual.lowest[k] <= 1e-9 * from.u.cwiseAbs().maxCoeff();
-      if (held[static_cast<std::size_t>(k)] || !near || from.u[k] + step[k] >= dual.lowest[k]) continue;
-      hold(k);
-      changed = true;
-    }
-    if (!changed) return step;
-  }
-}
-
-/// Newton's method with line search from `from`. Stops when `done`, or where rounding leaves no ascent.
-/// @param max_evaluations  of the problem, in total
-DualPoint maximise(Problem& problem, const Dual& dual, DualPoint from, int max_evaluations,
-                   const std::function<bool(const DualPoint&)>& done) {
-  double damping = 0;
-  while (!done(from) && problem.evaluations() < max_evaluations) {
-    // Multipliers that move no free end have no curvature: damp them, ever less as steps succeed.
-    const Eigen::VectorXd step = newton_step(dual, from, damping);
-    const double slope = from.gradient.dot(step);
-    bool moved = false;
-    // A step that changes q out of all recognition is not to be trusted.
-    double length = std::min(1.0, 10 * from.q.norm() / (dual.K.transpose() * step).norm());
-    for (int cut = 0; cut < 10 && !moved && problem.evaluations() < max_evaluations; ++cut) {
-      const Eigen::VectorXd u = from.u + length * step;
-      const bool within = (u.array() >= dual.lowest.array()).all();
-      DualPoint next = dual_at(problem, dual, u.cwiseMax(dual.lowest), &from.q);
-      const double promised = within ? length * slope : from.gradient.dot(next.u - from.u);
-      // Near the top the gain drowns in rounding; there a smaller gradient is as good.
-      const double rounding = 1e-13 * (std::abs(from.value) + from.u.norm());
-      moved = next.value >= from.value + 1e-4 * promised ||
-              (next.value >= from.value - rounding && next.gradient.norm() < 0.5 * from.gradient.norm());
-      if (moved) {
-        from = std::move(next);
-      } else {
-        // The vertex of the parabola through what is known, kept away from both ends.
-        const double loss = from.value + promised - next.value;
-        length *= std::clamp(loss > 0 ? 0.5 * promised / loss : 0.5, 0.1, 0.5);
-      }
-    }
-    // A step that had to be cut down to next to nothing came from curvature that is not there.
-    if (moved && length > 0.05) {
-      damping *= 0.01;
-    } else {
-      damping = std::max(100 * damping, 1e-10);
-      if (damping > 1e4) break;
-    }
-  }
-  return from;
-}
-
 /// Relative KKT residual of an interior that comes from q = grad F(s) + J^T mu.
 double residual(const Problem& problem, const Moments& s, const Moments& S) {
   return std::max((S - s).cwiseAbs().maxCoeff(), problem.constraints(S).cwiseAbs().maxCoeff());
@@ -211,35 +113,6 @@ void store(const Problem& problem, const Moments& q, const Problem::Evaluation& 
   solution.filled_mm3 = at.filled_mm3;
 }
 
-/// min over attainable s with c(s) = 0 of q_0.s, by its dual, or a proof that there is no such s.
-struct LinearMinimum {
-  DualPoint top;  ///< its u are the multipliers of c
-  bool converged = false;
-  bool infeasible = false;
-};
-
-LinearMinimum minimise_linear(Problem& problem, const Moments& q_0, const Eigen::VectorXd& mu, double tolerance,
-                              int max_evaluations) {
-  const Dual dual{q_0, problem.J(), -problem.c_0(), Eigen::VectorXd::Zero(mu.size()), problem.lowest_multipliers()};
-  // No interior has a larger objective: a dual value above it proves that none meets the constraints.
-  const double highest = problem.highest_cost() - problem.lowest(-q_0);
-  // Where the multipliers run away they separate long before the value says so: asked for when it takes long.
-  const int patience = problem.evaluations() + 12;
-  const auto separates = [&](const DualPoint& p) {
-    // Costs a pass, unless this interior shows that they do not.
-    return problem.evaluations() > patience && p.u.dot(p.gradient) > 1e-9 * p.u.norm() &&
-           problem.lowest(problem.J().transpose() * p.u) + problem.c_0().dot(p.u) > 1e-9 * p.u.norm();
-  };
-  const auto proven = [&](const DualPoint& p) { return p.value > highest + 1e-9 * q_0.norm() || separates(p); };
-  const auto met = [&](const DualPoint& p) { return p.gradient.cwiseAbs().maxCoeff() < tolerance; };
-  LinearMinimum minimum;
-  minimum.top = maximise(problem, dual, dual_at(problem, dual, mu.cwiseMax(dual.lowest)), max_evaluations,
-                         [&](const DualPoint& p) { return met(p) || proven(p); });
-  minimum.converged = met(minimum.top);
-  minimum.infeasible = !minimum.converged && proven(minimum.top);
-  return minimum;
-}
-
 QuadricSolution solve_affine(Problem& problem, const QuadricOptions& options) {
   QuadricSolution solution;
   const Moments zero = Moments::Zero();
@@ -250,12 +123,12 @@ QuadricSolution solve_affine(Problem& problem, const QuadricOptions& options) {
   const Moments inner = 2 * (problem.solid() - problem.centre());
   const Eigen::VectorXd c = problem.J() * inner;
   if (c.norm() > 1e-6 * inner.norm()) start = -problem.gradient(zero).dot(inner) / c.squaredNorm() * c;
-  LinearMinimum minimum;
+  LinearMinimum<Problem> minimum;
   if (warm) minimum = minimise_linear(problem, problem.gradient(zero), options.multipliers, options.tolerance, kWarmEvaluations);
   if (!minimum.converged && !minimum.infeasible)
     minimum =
         minimise_linear(problem, problem.gradient(zero), start, options.tolerance, problem.evaluations() + options.max_evaluations);
-  const DualPoint& top = minimum.top;
+  const auto& top = minimum.top;
   store(problem, top.q, top.at, top.u, solution);
   solution.residual = top.gradient.cwiseAbs().maxCoeff();
   solution.converged = minimum.converged;
@@ -447,28 +320,29 @@ private:
     const Eigen::MatrixXd L = saddle_ ? Eigen::MatrixXd(10, 0) : curvature_root(problem_, s_);
     saddle_ = false;
     const Eigen::Index r = L.cols();
-    Dual dual{problem_.gradient(s_), Eigen::MatrixXd(m + r, 10), Eigen::VectorXd(m + r), Eigen::VectorXd(m + r),
-              Eigen::VectorXd::Constant(m + r, -kInfinity)};
+    Dual<Moments> dual{problem_.gradient(s_), Eigen::MatrixXd(m + r, 10), Eigen::VectorXd(m + r), Eigen::VectorXd(m + r),
+                       Eigen::VectorXd::Constant(m + r, -kInfinity)};
     dual.K << problem_.J(), L.transpose();
     dual.e << -problem_.c_0(), L.transpose() * s_;
     dual.W << Eigen::VectorXd::Zero(m), Eigen::VectorXd::Ones(r);
     Eigen::VectorXd u = Eigen::VectorXd::Zero(m + r);
     u.head(m) = mu_;
-    DualPoint from = dual_of(dual, u, here.q, here.at);
+    DualPoint<Problem> from = dual_of<Problem>(dual, u, here.q, here.at);
 
     const double start = from.gradient.norm();
     const double fine = std::max(1e-9, fine_ * start);
-    const DualPoint top = maximise(problem_, dual, std::move(from), max_evaluations_, [&](const DualPoint& p) {
-      const double left = p.gradient.norm();
-      if (left < fine) return true;
-      if (left < 0.5 * start) {
-        // What the model at best has to give: enough of it will do.
-        const double wanted = value(s_, cost_, p.u.head(m)) - problem_.objective(s_) + dual.q_0.dot(s_) - p.value;
-        if (search(p).gain > 0.3 * wanted) return true;
-      }
-      if (separates(p)) separation_ = p.u.head(m);
-      return separation_.size() > 0;
-    });
+    const DualPoint<Problem> top =
+        maximise<Problem>(problem_, dual, std::move(from), max_evaluations_, [&](const DualPoint<Problem>& p) {
+          const double left = p.gradient.norm();
+          if (left < fine) return true;
+          if (left < 0.5 * start) {
+            // What the model at best has to give: enough of it will do.
+            const double wanted = value(s_, cost_, p.u.head(m)) - problem_.objective(s_) + dual.q_0.dot(s_) - p.value;
+            if (search(p).gain > 0.3 * wanted) return true;
+          }
+          if (separates(p)) separation_ = p.u.head(m);
+          return separation_.size() > 0;
+        });
     if (separation_.size() > 0) return false;
     const Search found = search(top);
     mu_ = top.u.head(m);
@@ -482,7 +356,7 @@ private:
     double length = 0, gain = 0;
   };
   /// The best of all between s and an interior: attainable, as both are.
-  Search search(const DualPoint& p) const {
+  Search search(const DualPoint<Problem>& p) const {
     const Eigen::VectorXd mu = p.u.head(mu_.size());
     const double here = value(s_, cost_, mu);
     Search found;
@@ -495,7 +369,7 @@ private:
   }
 
   /// Costs a pass: asked for when it takes long, and again when the multipliers run away or it takes much longer.
-  bool separates(const DualPoint& p) {
+  bool separates(const DualPoint<Problem>& p) {
     const Eigen::VectorXd mu = p.u.head(mu_.size());
     if (problem_.evaluations() <= patience_ || (mu.norm() < 1.5 * tried_ && problem_.evaluations() <= patience_ + 8)) return false;
     // An interior that shows that they do not.

@@ -13,6 +13,7 @@
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/mesh/mesh_check.h"
 #include "rayrep/physics/moments.h"
+#include "scene_shapes.h"
 
 namespace rayrep {
 namespace {
@@ -76,6 +77,22 @@ TEST_P(Examples, FileIsWhatTheGeneratorMakes) {
 
 INSTANTIATE_TEST_SUITE_P(All, Examples, testing::ValuesIn(example_shapes()),
                          [](const testing::TestParamInfo<ExampleShape>& shape) { return shape.param.name; });
+
+TEST(SceneExamples, FilesAreSoundSolidsAndWhatTheGeneratorMakes) {
+  for (const SceneShape& shape : scene_shapes()) {
+    SCOPED_TRACE(shape.name);
+    const std::filesystem::path path = test::source_folder() / "examples" / "scenes" / (shape.name + ".stl");
+    const Mesh stored = read_mesh(path).mesh;
+    const MeshReport report = check_mesh(stored).report;
+    EXPECT_TRUE(report.usable) << report.refusal;
+    EXPECT_EQ(report.components, 1u);
+    EXPECT_EQ(report.open_edges.count + report.non_manifold_edges.count + report.self_intersections.count, 0u);
+    const Mesh made = as_stored(path, shape.mesh);
+    ASSERT_EQ(stored.triangles.size(), made.triangles.size());
+    for (std::size_t t = 0; t < made.triangles.size(); ++t)
+      for (int k = 0; k < 3; ++k) EXPECT_LE((stored.corner(t, k) - made.corner(t, k)).cwiseAbs().maxCoeff(), std::ldexp(1.0, -17));
+  }
+}
 
 }  // namespace
 }  // namespace rayrep

@@ -1,4 +1,5 @@
-// Writes the meshes of examples/: make_examples OUTPUT_FOLDER. The shapes are in example_shapes.cpp.
+// Writes the meshes of examples/ and examples/scenes/: make_examples OUTPUT_FOLDER. The shapes are in example_shapes.cpp and
+// scene_shapes.cpp.
 
 #include <cstdio>
 #include <exception>
@@ -7,6 +8,7 @@
 #include "example_shapes.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/physics/moments.h"
+#include "scene_shapes.h"
 
 int main(int argc, char** argv) {
   if (argc != 2) {
@@ -25,6 +27,9 @@ int main(int argc, char** argv) {
       std::printf("| %s.stl | %.1f x %.1f x %.1f | %zu | %.1f |\n", shape.name.c_str(), size.x(), size.y(), size.z(),
                   mesh.triangles.size(), rayrep::mesh_moments(mesh)[rayrep::M1] / 1000);
     }
+    std::filesystem::create_directories(folder / "scenes");
+    for (const rayrep::SceneShape& shape : rayrep::scene_shapes())
+      rayrep::write_mesh(folder / "scenes" / (shape.name + ".stl"), shape.mesh);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "make_examples: %s\n", error.what());
     return 1;
