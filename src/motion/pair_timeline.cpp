@@ -11,6 +11,8 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
+constexpr double kLooseAtClearance = 1.01;
+
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 /// Stretches of time below this are those of rounding.
@@ -143,7 +145,9 @@ PairTimeline::Answer PairTimeline::look(double time, double ahead_mm) {
   const double rounding = 1e-3 * touch;
   const Isometry3d pose = pose_at(time);
   const double enough = 1.001 * ahead_mm + clearance + 2 * touch;
-  Nearness near = nearness(*first_.body, *second_.body, pose, enough);
+  // What is more than the clearance counts: of that no more than a part may be lost.
+  const double loose = clearance > 0 ? kLooseAtClearance : kLoose;
+  Nearness near = nearness(*first_.body, *second_.body, pose, enough, loose);
   const bool cross = near.at_most_mm == 0;
   if (!cross && one_holds_other(*first_.body, *second_.body, pose)) {
     if (near.at_least_mm + clearance > touch) return {Kind::overlap, near.at_least_mm + clearance - rounding};

@@ -98,7 +98,7 @@ private:
 
   void complain(SceneProblem problem, const std::string& where, const std::string& what) {
     problem.where = where;
-    problem.message = where + ": " + what + ".";
+    problem.message = where + ": " + what + (what.ends_with('?') ? "" : ".");
     file_.problems.push_back(std::move(problem));
   }
 

@@ -1,3 +1,6 @@
+#include <cmath>
+#include <numbers>
+
 #include "base/text.h"
 #include "rayrep/report/motion_report.h"
 
@@ -9,9 +12,11 @@ std::string words_of(const CollisionInterval& interval, double clearance_mm) {
   const std::string when = number(interval.from, 4) + " to " + number(interval.to, 4);
   if (interval.kind == Kind::undecided) return "not looked at closely yet from " + when;
   const std::string where = " around " + shown_to_thousandths(interval.worst_box_mm.center());
-  if (interval.kind == Kind::contact) return "touch from " + when + where;
+  if (interval.kind == Kind::contact)
+    return (interval.to - interval.from < 1e-3 ? "touch at " + number(interval.from, 4) : "touch from " + when) + where;
   const std::string worst = "; worst at " + number(interval.worst_time, 3) + ": ";
-  if (interval.depth_mm == 0 && interval.distance_mm > 0)
+  const bool only_near = clearance_mm > 0 && interval.depth_mm < 1e-3 * clearance_mm;
+  if (only_near)
     return "nearer than " + shown(clearance_mm) + " mm from " + when + worst + number(interval.distance_mm, 3) + " mm apart" +
            where;
   std::string text = "overlap from " + when + worst + number(interval.depth_mm, 2) + " mm deep or more";
@@ -28,7 +33,42 @@ std::string words_of(const Scene& scene, const PairMotion& pair) {
   return text;
 }
 
+std::string words_of(const Scene& scene, const Hint& hint) {
+  using Kind = Freedom::Kind;
+  std::string text = "    " + words_of(scene, hint.freedom) + ": ";
+  const double length = hint.amount.norm();
+  switch (hint.freedom.kind) {
+    case Kind::translation:
+    case Kind::rest:
+      text += "move it by " + shown_to_thousandths(hint.amount) + " mm";
+      break;
+    case Kind::rotation:
+      text += "turn it by " + number(length * 180 / std::numbers::pi, 1) + " degrees about " +
+              shown_to_thousandths(length > 0 ? Eigen::Vector3d(hint.amount / length) : hint.amount);
+      break;
+    case Kind::time:
+    case Kind::turn_time:
+      text += number(std::abs(hint.amount[0]), 3) + (hint.amount[0] < 0 ? " earlier" : " later");
+      break;
+  }
+  if (hint.frees) return text + " (clear then)\n";
+  return text + " (" + number(100 * (1 - hint.after_mm / hint.before_mm), 0) + " % less)\n";
+}
+
 }  // namespace
+
+std::string to_text(const Scene& scene, const std::vector<Hint>& hints) {
+  std::string text;
+  const Hint* before = nullptr;
+  for (const Hint& hint : hints) {
+    if (!before || before->transition != hint.transition || before->first != hint.first || before->second != hint.second)
+      text += "  For " + scene.parts[hint.first].name + " and " + scene.parts[hint.second].name + " on the way " +
+              scene.transitions[hint.transition].name + " any of these:\n";
+    text += words_of(scene, hint);
+    before = &hint;
+  }
+  return text.empty() ? "  No move of what may be moved helps.\n" : text;
+}
 
 std::string to_text(const Scene& scene, const MotionReport& report) {
   std::string text;

@@ -138,5 +138,16 @@ TEST_F(SceneTool, BalanceLeavesNothingBehindWhereItCannotBeDone) {
   EXPECT_FALSE(fs::exists(folder() / "falls_balanced"));
 }
 
+TEST_F(SceneTool, HintsAndResolves) {
+  const Run hint = run("motion through.json --hint");
+  EXPECT_EQ(hint.code, 4);
+  EXPECT_TRUE(mentions(hint.out, {"For cube and table on the way fly", "cube, everywhere: move it by", "clear then"}));
+  const Run resolved = run("motion through.json --resolve --free cube -o out.json");
+  EXPECT_EQ(resolved.code, 0) << resolved.out << resolved.err;
+  EXPECT_TRUE(mentions(resolved.out, {"out.json: after"}));
+  EXPECT_EQ(run("motion out.json").code, 0);
+  EXPECT_EQ(run("motion through.json --free cube").code, 2);
+}
+
 }  // namespace
 }  // namespace rayrep::test

@@ -782,7 +782,35 @@ std::vector<Group> motion_groups(Options& options) {
       clearance_row(options, "parts come no nearer to each other than this",
                     "In place of the scene's \"clearance\". Pairs that have one of their own keep it; pairs that may touch are not "
                     "tested.")};
-  return {{"The check", checking}, {"Output", scene_output_rows(options)}};
+  Settings resolving = {
+      {.name = "hint",
+       .value = "",
+       .words = "tell for each overlap what one move of what may be moved does",
+       .details = "Keys on the way (place, attitude, time) and the place of a part in all states, each alone, by the smallest move "
+                  "found that does most. Ways without a key are given one in their middle.",
+       .place = &options.scene.hint},
+      {.name = "resolve",
+       .value = "",
+       .words = "move all of them until nothing overlaps, or no step helps",
+       .details = "The worst pair first. What was free stays free. Writes the scene with what was moved.",
+       .place = &options.scene.resolve},
+      {.name = "free",
+       .value = "PART",
+       .words = "what may be moved then (default: all parts)",
+       .details = "May be given several times.",
+       .place = TextPlace{[&options](const std::string& text) { options.scene.free.push_back(text); },
+                          [&options] {
+                            std::string names;
+                            for (const std::string& name : options.scene.free) names += (names.empty() ? "" : ", ") + name;
+                            return names.empty() ? std::string("all") : names;
+                          }},
+       .repeated = true},
+      {.name = "output,o",
+       .value = "FILE",
+       .words = "where --resolve writes the scene (default NAME_resolved.json)",
+       .details = "",
+       .place = path_place(options.output)}};
+  return {{"The check", checking}, {"Out of each other's way", resolving}, {"Output", scene_output_rows(options)}};
 }
 
 Setting part_row(const char* name, const char* value, const char* words, std::string& part) {
@@ -1187,6 +1215,17 @@ void choose_output(Options& options) {
   }
   if (!can_write(options.output))
     usage_error("Cannot tell what to write from the name '" + options.output.string() + "': end it in .stl, .obj, .ply or .3mf.");
+}
+
+/// @throws Error{usage} for what goes with --resolve only
+void choose_resolving(Options& options) {
+  if (options.command != Command::motion) return;
+  const bool moves = options.scene.hint || options.scene.resolve;
+  if (!options.output.empty() && !options.scene.resolve) usage_error("--output is where --resolve writes: say --resolve, too.");
+  if (!options.scene.free.empty() && !moves) usage_error("--free says what --hint and --resolve may move: say one of them, too.");
+  if (options.scene.hint && options.scene.resolve) usage_error("--resolve does what --hint only tells: give either.");
+  if (options.scene.hint && options.json) usage_error("--hint is told as text: leave --json out.");
+  if (options.scene.resolve && options.output.empty()) options.output = options.input.stem().string() + "_resolved.json";
 }
 
 /// @throws Error{usage} for parts that are not named, or a file that cannot be written
@@ -1599,6 +1638,7 @@ void take(const Given& given, const Syntax& syntax, const SpecFile* file, Option
   check_each(options);
   choose_output(options);
   choose_batch(options);
+  choose_resolving(options);
   choose_carving(options);
   if (options.command == Command::balance && options.output.empty())
     options.output = options.input.parent_path() / (options.input.stem().string() + "_balanced");

@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
@@ -15,6 +16,7 @@
 #include "rayrep/make/balance.h"
 #include "rayrep/motion/carve.h"
 #include "rayrep/motion/motion_check.h"
+#include "rayrep/motion/resolve.h"
 #include "rayrep/motion/scene.h"
 #include "rayrep/report/balance_report.h"
 #include "rayrep/report/motion_report.h"
@@ -71,8 +73,47 @@ void run_scene(const Options& options, Stages& stages, const Progress& progress)
                                     (options.json || !options.quiet ? "" : " " + file.problems[0].message));
 }
 
+namespace {
+
+ResolveOptions resolve_options(const Options& options) {
+  ResolveOptions how;
+  how.check = check_options(options);
+  how.parts = options.scene.free;
+  return how;
+}
+
+void tell(const Options& options, const Scene& scene, const MotionReport& report) {
+  if (options.json)
+    std::cout << to_json(scene, report);
+  else if (!options.quiet)
+    std::cout << printable(to_text(scene, report));
+}
+
+/// What overlaps as an error, once it has been told.
+void require_free(const Options& options, const Scene& scene, const MotionReport& report) {
+  std::cout.flush();
+  if (!report.free())
+    throw Error(ErrorCode::goal, options.input.string() + ": parts get into each other: " + colliding(scene, report) + ".");
+}
+
+/// Writes a scene in which nothing overlaps, or less does.
+void run_resolve(const Options& options, const Scene& scene, Stages& stages, const Progress& progress) {
+  progress.begin("resolve");
+  const Resolved resolved = resolve(scene, resolve_options(options), progress);
+  write_text_file(options.output, scene_text(resolved.scene, options.output));
+  stages.finish();
+  tell(options, resolved.scene, resolved.report);
+  if (!options.json && !options.quiet)
+    std::cout << printable(options.output.string()) << ": after " << resolved.steps
+              << (resolved.steps == 1 ? " step\n" : " steps\n");
+  require_free(options, resolved.scene, resolved.report);
+}
+
+}  // namespace
+
 void run_motion(const Options& options, Stages& stages, const Progress& progress) {
   const Scene scene = usable_scene(options, progress);
+  if (options.scene.resolve) return run_resolve(options, scene, stages, progress);
   progress.begin("check");
   MotionCheckOptions how = check_options(options);
   if (options.verbose)
@@ -80,14 +121,15 @@ void run_motion(const Options& options, Stages& stages, const Progress& progress
       if (report.stage == MotionReport::Stage::coarse) progress.begin("when");
     };
   const MotionReport report = MotionChecker().check(scene, how, progress);
+  std::vector<Hint> found;
+  if (options.scene.hint && !report.free()) {
+    progress.begin("hints");
+    found = hints(scene, resolve_options(options), progress);
+  }
   stages.finish();
-  if (options.json)
-    std::cout << to_json(scene, report);
-  else if (!options.quiet)
-    std::cout << printable(to_text(scene, report));
-  std::cout.flush();
-  if (!report.free())
-    throw Error(ErrorCode::goal, options.input.string() + ": parts get into each other: " + colliding(scene, report) + ".");
+  tell(options, scene, report);
+  if (options.scene.hint && !options.quiet) std::cout << printable(to_text(with_middle_keys(scene), found));
+  require_free(options, scene, report);
 }
 
 void run_carve(const Options& options, Stages& stages, const Progress& progress) {

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "rayrep/motion/carve.h"
 #include "rayrep/motion/motion_check.h"
+#include "rayrep/motion/resolve.h"
 #include "rayrep/motion/scene.h"
 
 namespace rayrep {
@@ -17,6 +19,9 @@ std::string to_text(const Scene& scene, const MotionReport& report);
 /// What a scene holds and what is wrong with it. @param name  of its file
 std::string to_json(const SceneFile& file, const std::string& name);
 std::string to_text(const SceneFile& file, const std::string& name);
+
+/// What one move each can do for what overlaps. @param scene  with the keys that they speak of
+std::string to_text(const Scene& scene, const std::vector<Hint>& hints);
 
 /// What was taken out of a part, by which one, and where what is left was written.
 std::string to_json(const std::string& part, const std::string& by, const std::string& output, const Carving& carving);
