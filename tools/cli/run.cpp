@@ -130,8 +130,8 @@ std::filesystem::path numbered(const std::filesystem::path& path, std::size_t nu
 /// The options for one body of many.
 Options options_for(const Options& options, std::size_t number) {
   Options one = options;
-  for (std::filesystem::path* path : {&one.output, &one.insert_output, &one.outside_output, &one.dense_output, &one.sparse_output,
-                                      &one.report, &one.html, &one.urdf, &one.mjcf, &one.gcode, &one.picture})
+  for (std::filesystem::path* path : {&one.output, &one.insert_output, &one.plug_output, &one.outside_output, &one.dense_output,
+                                      &one.sparse_output, &one.report, &one.html, &one.urdf, &one.mjcf, &one.gcode, &one.picture})
     *path = numbered(*path, number);
   for (SectionFile& section : one.sections) section.path = numbered(section.path, number);
   refuse_overwriting(one);
@@ -262,6 +262,11 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   }
   report.pauses_mm = hollow.delivery.pauses_mm;
   Companions companions;
+  std::vector<Part> plugs;
+  if (const Mesh all = hollow.delivery.mesh_of(Part::Role::plug); !all.triangles.empty()) {
+    report.plugs = {options.plug_output.string(), connected_components(with_merged_vertices(all)).count};
+    if (!options.plug_output.empty()) plugs = read_plugs(companions.write(options.plug_output, all, up));
+  }
   if (options.phases && hollow.delivery.has_infill()) {
     companions.write(options.dense_output, hollow.delivery.solid(), up);
     companions.write(options.sparse_output, hollow.delivery.mesh_of(Part::Role::modifier), up);
@@ -282,6 +287,7 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   progress.begin("verify");
   Delivery delivered = delivery_of(read_mesh(pending.path(), kAnySize), print_of(hollow.spec).infill.percent_laid_down);
   delivered.parts.insert(delivered.parts.end(), put_in.begin(), put_in.end());
+  delivered.parts.insert(delivered.parts.end(), plugs.begin(), plugs.end());
   report.after =
       sliced ? sliced->judged(delivered, original, report, progress) : verify(delivered, &original, hollow.spec, {}, progress);
   report.before = state_figures(original, hollow.spec, {}, progress);
@@ -443,6 +449,8 @@ void verify_one(const Options& options, const ReadMesh& mesh, Stages& stages, co
                             print_of(options.spec).infill.percent_laid_down);
     const std::vector<Part> fixed = read_fixed(options, progress);
     delivered.parts.insert(delivered.parts.end(), fixed.begin(), fixed.end());
+    if (!options.plugs.empty())
+      for (Part& part : read_plugs(options.plugs)) delivered.parts.push_back(std::move(part));
     report.after = verify(delivered, original ? &original->checked.mesh : nullptr, options.spec, {}, progress);
   } catch (const Error& error) {
     // The check says better than the judge what is wrong with a mesh that has no inside.
