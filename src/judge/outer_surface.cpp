@@ -171,6 +171,22 @@ double from_axis(const Mouth& mouth, const Eigen::Vector3d& p) {
   return (d - mouth.axis.dot(d) * mouth.axis).norm();
 }
 
+// A piece of a surface, but for rounding. What stands on it in a kink of a rim is as near, and runs across it.
+bool lies_on(const Mesh& outer, std::size_t t, const SurfaceQuery& surface, double rounding_mm) {
+  const Eigen::Vector3d &a = outer.corner(t, 0), &b = outer.corner(t, 1), &c = outer.corner(t, 2);
+  const ClosestPoint middle = surface.closest((a + b + c) / 3, rounding_mm);
+  if (middle.triangle < 0) return false;
+  for (const Eigen::Vector3d& p :
+       {a, b, c, Eigen::Vector3d((a + b) / 2), Eigen::Vector3d((b + c) / 2), Eigen::Vector3d((c + a) / 2)})
+    if (surface.closest(p, rounding_mm).triangle < 0) return false;
+  const auto s = static_cast<std::size_t>(middle.triangle);
+  const Mesh& mesh = surface.mesh();
+  const Eigen::Vector3d n = (b - a).cross(c - a);
+  const Eigen::Vector3d there = (mesh.corner(s, 1) - mesh.corner(s, 0)).cross(mesh.corner(s, 2) - mesh.corner(s, 0));
+  const bool flat = n.norm() <= rounding_mm * std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+  return flat || n.dot(there) > 0.5 * n.norm() * there.norm();
+}
+
 // Rims that hang together, in the order of their first sides.
 std::vector<std::vector<RimSide>> rims_of(const Mesh& outer, const std::vector<RimSide>& sides) {
   UnionFind joined(static_cast<int>(outer.vertices.size()));
@@ -227,13 +243,8 @@ HoledOutside holes_in(const Holed& what, const Progress& progress) {
   found.inside.assign(outer.triangles.size(), 0);
   found.in_hole = found.inside;
   const SurfaceQuery original(what.original);
-  const auto on_original = [&](const Eigen::Vector3d& p) { return original.closest(p, 4 * what.rounding_mm).triangle >= 0; };
-  tbb::parallel_for(std::size_t{0}, outer.triangles.size(), [&](std::size_t t) {
-    if (what.unchanged[t]) return;
-    const Eigen::Vector3d middle = (outer.corner(t, 0) + outer.corner(t, 1) + outer.corner(t, 2)) / 3;
-    found.inside[t] = !(on_original(outer.corner(t, 0)) && on_original(outer.corner(t, 1)) && on_original(outer.corner(t, 2)) &&
-                        on_original(middle));
-  });
+  tbb::parallel_for(std::size_t{0}, outer.triangles.size(),
+                    [&](std::size_t t) { found.inside[t] = !what.unchanged[t] && !lies_on(outer, t, original, what.rounding_mm); });
   progress.check();
   const auto [piece, count] = pieces_inside(outer, found.inside);
   const std::vector<std::vector<RimSide>> rims = rims_of(outer, rim_sides(outer, found.inside));

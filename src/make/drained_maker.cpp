@@ -74,7 +74,10 @@ Mesh DrainedMaker::drilled(const Mesh& mesh, const std::vector<DrainHole>& holes
 /// What the drills take out of the material, less the clearance around.
 std::vector<Mesh> DrainedMaker::plugs_in(const Mesh& mesh) const {
   Mesh all;
-  for (const DrainHole& hole : *holes_) append(all, drill(hole, 0.5 * print_.drains.diameter_mm - print_.drains.clearance_mm));
+  for (DrainHole hole : *holes_) {
+    hole.length_mm -= print_.drains.clearance_mm;  // it may end in the material
+    if (!hole.inside) append(all, drill(hole, 0.5 * print_.drains.diameter_mm - print_.drains.clearance_mm));
+  }
   const std::vector<Mesh> operands = {mesh, all};
   const Mesh plugs = with_merged_vertices(stored(combined(operands, {BooleanOperation::intersect, float32_}, progress_)));
   return split(plugs, connected_components(plugs));
@@ -110,7 +113,8 @@ Eigen::Affine3d DrainedMaker::beside_the_body(const Mesh& plug, double beside_mm
 std::vector<Eigen::Vector3d> DrainedMaker::mouths() const {
   std::vector<Eigen::Vector3d> all;
   if (holes_)
-    for (const DrainHole& hole : *holes_) all.push_back(hole.mouth_mm);
+    for (const DrainHole& hole : *holes_)
+      if (!hole.inside) all.push_back(hole.mouth_mm);
   return all;
 }
 

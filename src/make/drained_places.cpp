@@ -315,16 +315,42 @@ std::vector<DrainHole> DrainPlaces::best(std::vector<Candidate> all, const Wante
   return {};
 }
 
+/// From the lowest point of a cavity into another one close below it, as the two of a top meet on its axis.
+std::optional<DrainHole> DrainPlaces::passage(const Cavity& cavity) const {
+  const Eigen::Vector3d& lowest =
+      *std::min_element(cavity.mesh.vertices.begin(), cavity.mesh.vertices.end(),
+                        [this](const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return print_up_.dot(a) < print_up_.dot(b); });
+  for (const Cavity& other : cavities_) {
+    const ClosestPoint there = other.surface.closest(lowest, 2 * drains_.diameter_mm);
+    if (&other == &cavity || there.triangle < 0 || print_up_.dot(there.point_mm - lowest) > 0) continue;
+    DrainHole hole{.mouth_mm = there.point_mm, .outward = -print_up_, .wall_mm = there.distance_mm, .inside = true};
+    if (hole.wall_mm > 0.5 * radius_mm_) hole.outward = (there.point_mm - lowest).normalized();
+    hole.length_mm = hole.wall_mm + radius_mm_;
+    const Eigen::Vector3d ends[] = {there.point_mm + kOutside * radius_mm_ * hole.outward,
+                                    there.point_mm - hole.length_mm * hole.outward};
+    if (outside_.closest(ends[0], radius_mm_ + wall_mm_).triangle < 0 &&
+        outside_.closest(ends[1], radius_mm_ + wall_mm_).triangle < 0)
+      return hole;
+  }
+  return std::nullopt;
+}
+
+/// @throws Error{goal} where there is no place
+std::vector<DrainHole> DrainPlaces::drains_of(const Cavity& cavity, const std::vector<Candidate>& all,
+                                              const std::vector<DrainHole>& before) const {
+  if (const auto into_other = passage(cavity)) return {*into_other};
+  std::vector<DrainHole> holes = best(all, {Wanted::End::drain, cavity.height_with(kGoodDrain, print_up_)}, cavity, before);
+  if (!holes.empty()) return holes;
+  const Eigen::Vector3d middle = mesh_moments(cavity.mesh).segment<3>(MX) / cavity.volume_mm3;
+  throw Error(ErrorCode::goal, "The cavity around " + place(middle) + " cannot be drained: it has no place for a hole of " +
+                                   number(drains_.diameter_mm, 2) + " mm" + bounds_words() +
+                                   ". A smaller one may do (--drain-diameter)" +
+                                   (drains_.plugged ? "." : ", or holes that are closed again (--plug)."));
+}
+
 std::vector<DrainHole> DrainPlaces::for_cavity(const Cavity& cavity, const std::vector<DrainHole>& before) const {
   const std::vector<Candidate> all = candidates(cavity);
-  std::vector<DrainHole> holes = best(all, {Wanted::End::drain, cavity.height_with(kGoodDrain, print_up_)}, cavity, before);
-  if (holes.empty()) {
-    const Eigen::Vector3d middle = mesh_moments(cavity.mesh).segment<3>(MX) / cavity.volume_mm3;
-    throw Error(ErrorCode::goal, "The cavity around " + place(middle) + " cannot be drained: it has no place for a hole of " +
-                                     number(drains_.diameter_mm, 2) + " mm" + bounds_words() +
-                                     ". A smaller one may do (--drain-diameter)" +
-                                     (drains_.plugged ? "." : ", or holes that are closed again (--plug)."));
-  }
+  std::vector<DrainHole> holes = drains_of(cavity, all, before);
   const double low = print_up_.dot(holes.front().inner_mm());
   const double high = cavity.height_with(1 - kGoodVent, print_up_);
   std::vector<DrainHole> others = before;

@@ -17,6 +17,7 @@ struct DrainHole {
   Eigen::Vector3d outward = Eigen::Vector3d::UnitZ();  ///< a unit vector
   double wall_mm = 0;                                  ///< from the mouth to the cavity, along the axis
   double length_mm = 0;                                ///< from the mouth to its end
+  bool inside = false;                                 ///< it leads into another cavity
   Eigen::Vector3d inner_mm() const { return mouth_mm - wall_mm * outward; }
 };
 
@@ -97,6 +98,9 @@ private:
   std::optional<DrainHole> opposite(const Candidate& one, const std::vector<Candidate>& all, const Cavity& cavity) const;
 
   std::vector<DrainHole> at_given_places() const;
+  std::optional<DrainHole> passage(const Cavity& cavity) const;
+  std::vector<DrainHole> drains_of(const Cavity& cavity, const std::vector<Candidate>& all,
+                                   const std::vector<DrainHole>& before) const;
   std::vector<DrainHole> for_cavity(const Cavity& cavity, const std::vector<DrainHole>& before) const;
   void drain_what_stays(const Drilled& drilled, std::vector<DrainHole>& holes) const;
 
