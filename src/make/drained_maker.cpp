@@ -10,6 +10,7 @@ namespace rayrep::detail {
 namespace {
 
 constexpr double kApart_mm = 5;  // on the bed
+constexpr int kMostFinds = 3;
 
 std::size_t triangles_of(const std::vector<Mesh>& meshes) {
   std::size_t count = 0;
@@ -42,14 +43,17 @@ void DrainedMaker::make_anew(const Switching& switching) {
 
 void DrainedMaker::drill_all() {
   const Mesh whole = cavities_->made().delivery.body();
-  if (!holes_) {
-    Mesh shells;
-    shells.vertices = whole.vertices;
-    shells.triangles.assign(whole.triangles.begin() + static_cast<std::ptrdiff_t>(body_.outer.triangles.size()),
-                            whole.triangles.end());
+  Mesh shells;
+  shells.vertices = whole.vertices;
+  shells.triangles.assign(whole.triangles.begin() + static_cast<std::ptrdiff_t>(body_.outer.triangles.size()),
+                          whole.triangles.end());
+  if (holes_) mesh_ = drilled(whole, *holes_);
+  // What a pass has moved a floor by may leave a pool behind its hole.
+  if (!holes_ || (found_ < kMostFinds && !places_.still_drain(mesh_, shells))) {
     holes_ = places_.find(shells, [&](const std::vector<DrainHole>& holes) { return drilled(whole, holes); });
+    ++found_;
+    mesh_ = drilled(whole, *holes_);
   }
-  mesh_ = drilled(whole, *holes_);
   plugs_ = print_.drains.plugged ? plugs_in(whole) : std::vector<Mesh>();
   moments_ = fixed_ + mesh_moments(transformed(mesh_, body_.to_working)) + liquid();
   for (const Mesh& plug : plugs_) moments_ += mesh_moments(transformed(plug, body_.to_working));

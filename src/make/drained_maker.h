@@ -9,8 +9,8 @@
 
 namespace rayrep::detail {
 
-/// Drills holes through the wall of what another one makes, and makes their plugs. Where they are is found once, with the first
-/// cavities, and kept: the as-built loop makes up for what they take. theory.md (103), (104)
+/// Drills holes through the wall of what another one makes, and makes their plugs. Where they are is found with the first
+/// cavities, and kept while they drain the next ones: the as-built loop makes up for what they take. theory.md (103), (104)
 class DrainedMaker final : public Maker {
 public:
   /// Keeps references. @param spec  filled in
@@ -44,6 +44,7 @@ private:
   bool float32_;  ///< as it will be stored
   DrainPlaces places_;
   std::optional<std::vector<DrainHole>> holes_;
+  int found_ = 0;  ///< so often
   Moments fixed_;  ///< what is fixed in the body, working frame
   Mesh mesh_;      ///< with the holes, as stored
   std::vector<Mesh> plugs_;

@@ -8,7 +8,6 @@
 #include <tuple>
 
 #include "base/text.h"
-#include "physics/trapped.h"
 #include "rayrep/base/error.h"
 #include "rayrep/base/setting.h"
 #include "rayrep/mesh/clip.h"
@@ -19,6 +18,7 @@ namespace {
 
 constexpr int kSides = 36;
 constexpr double kMostTrapped = 0.01;  // of the room of all cavities
+constexpr double kGoodEnough = 0.006;  // likewise, while there is a better place
 constexpr double kGoodDrain = 0.003;   // of a cavity's room below which a place is as good as its lowest one
 constexpr double kGoodVent = 0.05;     // and above which as its highest one
 constexpr double kFreeboard = 0.03;    // of the height
@@ -246,8 +246,7 @@ double DrainPlaces::spill_of(const DrainHole& hole, const Cavity& cavity) const 
 }
 
 std::optional<DrainPlaces::Candidate> DrainPlaces::candidate(const Eigen::Vector3d& inner, const Cavity& cavity) const {
-  const double longest = 6 * wall_mm_ + 2 * drains_.diameter_mm;
-  const ClosestPoint mouth = outside_.closest(inner, longest);
+  const ClosestPoint mouth = outside_.closest(inner, longest_mm());
   if (mouth.triangle < 0 || mouth.triangle >= first_of_rooms_ || !(mouth.distance_mm > 0)) return std::nullopt;
   const std::optional<DrainHole> hole = hole_to(inner, mouth.point_mm, cavity);
   if (!hole || !out_of_bounds(*hole).empty()) return std::nullopt;
@@ -375,13 +374,12 @@ std::vector<DrainHole> DrainPlaces::at_given_places() const {
     if (!nearest) throw Error(ErrorCode::usage, name + ": there is no cavity.");
     const auto hole = hole_to(inner.point_mm, mouth, *nearest);
     const ClosestPoint back = outside_.closest(inner.point_mm, inner.distance_mm);
-    const double behind_mm = (back.point_mm - mouth).norm();
-    if (!hole || inner.distance_mm > back.distance_mm + drains_.diameter_mm)
+    if (!hole || inner.distance_mm > std::min(longest_mm(), back.distance_mm + drains_.diameter_mm))
       throw Error(ErrorCode::usage, name + ": behind it is no cavity. The nearest one is " + number(inner.distance_mm, 2) +
-                                        " mm away, at " + place(inner.point_mm) + "; from there " + place(back.point_mm) +
-                                        " on the outside is nearer by " + number(inner.distance_mm - back.distance_mm, 2) +
-                                        " mm, and lies " + number(behind_mm, 2) +
-                                        " mm from it. Choose a place near that (--drain).");
+                                        " mm away, at " + place(inner.point_mm) + ", and holes are " + number(longest_mm(), 1) +
+                                        " mm long at most. From there the outside is nearest at " + place(back.point_mm) + ", " +
+                                        number(back.distance_mm, 2) +
+                                        " mm away: choose a place near that (--drain), or --drain auto.");
     const std::string wrong = wrong_with(*hole, *nearest);
     if (!wrong.empty()) throw Error(ErrorCode::usage, name + ": " + wrong + ". Choose another place (--drain), or --drain auto.");
     if (!apart(*hole, holes, 1.5 * drains_.diameter_mm))
@@ -391,16 +389,27 @@ std::vector<DrainHole> DrainPlaces::at_given_places() const {
   return holes;
 }
 
+/// Of what is in the cavities; hollows of the outside do not count.
+double DrainPlaces::stays_mm3(const Mesh& drilled, std::vector<Pool>& pools) const {
+  pools = pools_in(drilled, print_up_);
+  std::erase_if(pools, [&](const Pool& pool) { return outside_.closest(pool.lowest_mm, 1e-6 * wall_mm_).triangle >= 0; });
+  return total(pools)[M1];
+}
+
+bool DrainPlaces::still_drain(const Mesh& drilled, const Mesh& shells) const {
+  std::vector<Pool> pools;
+  return drains_.where == Drains::Where::given || stays_mm3(drilled, pools) <= kGoodEnough * -mesh_moments(shells)[M1];
+}
+
 /// Adds drains for the largest pools while more stays than may.
 void DrainPlaces::drain_what_stays(const Drilled& drilled, std::vector<DrainHole>& holes) const {
   double room_mm3 = 0;
   for (const Cavity& cavity : cavities_) room_mm3 += cavity.volume_mm3;
-  double stays_mm3 = 0;
+  double stay_mm3 = 0;
   for (std::size_t more = 0; more <= kMostMore; ++more) {
-    std::vector<Pool> pools = pools_in(drilled(holes), print_up_);
-    std::erase_if(pools, [&](const Pool& pool) { return outside_.closest(pool.lowest_mm, 1e-6 * wall_mm_).triangle >= 0; });
-    stays_mm3 = total(pools)[M1];
-    if (stays_mm3 <= 0.5 * kMostTrapped * room_mm3) return;
+    std::vector<Pool> pools;
+    stay_mm3 = stays_mm3(drilled(holes), pools);
+    if (stay_mm3 <= kGoodEnough * room_mm3) return;
     const auto largest =
         std::max_element(pools.begin(), pools.end(), [](const Pool& a, const Pool& b) { return a.s[M1] < b.s[M1]; });
     std::vector<DrainHole> found;
@@ -418,13 +427,12 @@ void DrainPlaces::drain_what_stays(const Drilled& drilled, std::vector<DrainHole
     if (found.empty()) break;
     holes.insert(holes.end(), found.begin(), found.end());
   }
-  if (stays_mm3 <= kMostTrapped * room_mm3) return;
-  throw Error(ErrorCode::goal, "Held with " + held() + " up, as it is printed, " + number(stays_mm3 / 1000, 2) +
-                                   " cm3 would stay in the cavities, " + number(100 * stays_mm3 / room_mm3, 1) +
-                                   " % of their room: no hole can be lower" + bounds_words() +
-                                   ". Print it the other way up (--print-direction)" +
-                                   (drains_.plugged ? "" : ", close the holes again (--plug)") +
-                                   ", or say where they shall be and take what stays (--drain X,Y,Z).");
+  if (stay_mm3 <= kMostTrapped * room_mm3) return;
+  throw Error(ErrorCode::goal,
+              "Held with " + held() + " up, as it is printed, " + number(stay_mm3 / 1000, 2) + " cm3 would stay in the cavities, " +
+                  number(100 * stay_mm3 / room_mm3, 1) + " % of their room: no hole can be lower" + bounds_words() +
+                  ". Print it the other way up (--print-direction)" + (drains_.plugged ? "" : ", close the holes again (--plug)") +
+                  ", or say where they shall be and take what stays (--drain X,Y,Z).");
 }
 
 /// The print's direction.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "make/body.h"
+#include "physics/trapped.h"
 #include "rayrep/mesh/surface_query.h"
 #include "rayrep/physics/spec.h"
 
@@ -39,6 +40,9 @@ public:
   /// @param drilled  the body with these holes
   /// @throws Error{goal}, of places that were given Error{usage}, with figures and what to do
   std::vector<DrainHole> find(const Mesh& shells, const Drilled& drilled);
+
+  /// Whether they still let out enough of what these cavities hold, where they were to be found.
+  bool still_drain(const Mesh& drilled, const Mesh& shells) const;
 
   const Eigen::Vector3d& print_up() const { return print_up_; }
 
@@ -85,6 +89,8 @@ private:
   std::string out_of_bounds(const DrainHole& hole) const;
   bool has_a_mouth(const DrainHole& hole) const;
   bool keeps_in_the_wall(const DrainHole& hole, const Cavity& cavity) const;
+  double longest_mm() const { return 6 * wall_mm_ + 2 * drains_.diameter_mm; }  ///< a hole through so much is none through a wall
+  double stays_mm3(const Mesh& drilled, std::vector<Pool>& pools) const;
   std::string held() const;
   std::string bounds_words() const;
   static bool apart(const DrainHole& hole, const std::vector<DrainHole>& others, double distance_mm);
