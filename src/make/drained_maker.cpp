@@ -84,7 +84,15 @@ std::vector<Mesh> DrainedMaker::plugs_in(const Mesh& mesh) const {
   }
   const std::vector<Mesh> operands = {mesh, all};
   const Mesh plugs = with_merged_vertices(stored(combined(operands, {BooleanOperation::intersect, float32_}, progress_)));
-  return split(plugs, connected_components(plugs));
+  std::vector<Mesh> pieces = split(plugs, connected_components(plugs));
+  // Where a hole ends in the material a bit may be apart from the rest.
+  std::erase_if(pieces, [&](const Mesh& piece) {
+    const SurfaceQuery surface(piece);
+    return std::none_of(holes_->begin(), holes_->end(), [&](const DrainHole& hole) {
+      return surface.closest(hole.mouth_mm, 0.1 * print_.drains.diameter_mm).triangle >= 0;
+    });
+  });
+  return pieces;
 }
 
 Made DrainedMaker::made() const {

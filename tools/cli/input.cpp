@@ -80,14 +80,6 @@ std::vector<Part> read_fixed(const Options& options, const Progress& progress) {
   return parts;
 }
 
-std::vector<Part> read_plugs(const std::filesystem::path& path) {
-  MeshFile file = read_mesh(path);
-  std::vector<Part> parts = std::move(file.modifiers);
-  if (!file.mesh.triangles.empty()) parts.push_back({.mesh = std::move(file.mesh), .role = Part::Role::plug});
-  std::erase_if(parts, [](const Part& part) { return part.role != Part::Role::plug; });
-  return parts;
-}
-
 HollowOptions hollow_options(const Options& options, const Progress& progress) {
   HollowOptions how = options.hollow;
   for (Part& part : read_fixed(options, progress)) how.fixed.push_back({std::move(part)});

@@ -32,9 +32,6 @@ Mesh read_closed(const std::filesystem::path& path, const Options& options, cons
 /// The bodies that are not printed. @throws Error{input} for one that is not closed
 std::vector<Part> read_fixed(const Options& options, const Progress& progress);
 
-/// What closes holes, as it was written. @throws Error{input}
-std::vector<Part> read_plugs(const std::filesystem::path& path);
-
 /// Those of the command line, with what they name read. Keeps a reference to them.
 HollowOptions hollow_options(const Options& options, const Progress& progress);
 

@@ -207,6 +207,11 @@ Subject subject_of(const Options& options, const Delivery& delivery, const Mesh&
   return {delivery, marks_of(outside, spec, report.after.body, progress), file.filename().string(), is_printed(file)};
 }
 
+/// What touches water and ground: of a body whose holes are closed by plugs the original's surface.
+Mesh touched(const Delivery& delivered, const Mesh* original) {
+  return original && !delivered.mesh_of(Part::Role::plug).triangles.empty() ? *original : delivered.body();
+}
+
 Eigen::Vector3d centre_of(const Mesh& solid, const Progress& progress) {
   return mass_properties(boundary_of_union(solid, progress), 1).centre_of_mass_mm;
 }
@@ -294,7 +299,7 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   Pictures pictures;
   if (report.after.pass() && options.draws()) {
     progress.begin("draw");
-    Subject subject = subject_of(options, delivered, delivered.body(), report, progress);
+    Subject subject = subject_of(options, delivered, touched(delivered, &original), report, progress);
     subject.marks.centre_before_mm = centre_of(given, progress);
     pictures.draw(options, {subject, &given, report.outside ? &solid : nullptr});
   }
@@ -462,7 +467,8 @@ void verify_one(const Options& options, const ReadMesh& mesh, Stages& stages, co
     report.after.notes.emplace_back("Of a surface that is not closed no pictures are drawn.");
   } else if (options.draws()) {
     progress.begin("draw");
-    const Subject subject = subject_of(options, delivered, delivered.body(), report, progress);
+    const Subject subject =
+        subject_of(options, delivered, touched(delivered, original ? &original->checked.mesh : nullptr), report, progress);
     pictures = draw_judged(options, subject, original ? &original->checked.mesh : nullptr, progress);
   }
   tell_verdict(options, report, delivered, pictures, stages);
