@@ -205,6 +205,10 @@ Delivery read_back(const Options& options, const Outcome& outcome, RunReport& re
       append(made.mesh, part.mesh);
     }
   }
+  if (const Mesh plugs = outcome.made.mesh_of(Part::Role::plug); !plugs.triangles.empty()) {
+    report.plugs = {"", connected_components(with_merged_vertices(plugs)).count};
+    if (!options.plug_output.empty()) judged.parts.push_back({.mesh = stored(plugs, options, folder), .role = Part::Role::plug});
+  }
   if (made.mesh.triangles.empty()) return judged;
   made.mesh = stored(made.mesh, options, folder);
   report.insert = {"", mass_properties(made.mesh, made.density_g_cm3), connected_components(with_merged_vertices(made.mesh)).count};
@@ -410,6 +414,8 @@ Outcome verify(const Words& words, const Given& given, const Progress& progress)
     outcome.judged = tool::delivery_of({.mesh = input.checked.mesh, .format = "", .notes = {}, .modifiers = input.modifiers},
                                        print_of(options.spec).infill.percent_laid_down);
     for (Part& part : fixed_parts(options, given, progress)) outcome.judged.parts.push_back(std::move(part));
+    if (!options.plugs.empty())
+      for (Part& part : tool::read_plugs(options.plugs)) outcome.judged.parts.push_back(std::move(part));
     outcome.report.after = verify(outcome.judged, original ? &outcome.given : nullptr, options.spec, {}, progress);
   } catch (const Error& error) {
     // The check says better than the judge what is wrong with a mesh that has no inside.

@@ -43,6 +43,8 @@ ShadedPart shaded_part(const Mesh& mesh, const Colour& colour, const Colour& cut
 
 std::vector<ShadedPart> parts_of_delivery(const Delivery& delivery) {
   std::vector<ShadedPart> parts = {shaded_part(delivery.body(), kSurface, ink::kMaterial)};
+  if (const Mesh mesh = delivery.mesh_of(Part::Role::plug); !mesh.triangles.empty())
+    parts.push_back(shaded_part(mesh, kSurface, ink::kMaterial));
   if (const Mesh mesh = delivery.mesh_of(Part::Role::modifier); !mesh.triangles.empty())
     parts.push_back(shaded_part(mesh, ink::kInfill, ink::kInfill));
   if (const Mesh mesh = delivery.mesh_of(Part::Role::insert); !mesh.triangles.empty())
@@ -52,7 +54,8 @@ std::vector<ShadedPart> parts_of_delivery(const Delivery& delivery) {
 
 bool has_inside(const Delivery& delivery) {
   const Mesh body = delivery.body();
-  return delivery.has_infill() || delivery.has_inserts() || outer_hull(body).triangles.size() < body.triangles.size();
+  return delivery.has_infill() || delivery.has_inserts() || !delivery.mesh_of(Part::Role::plug).triangles.empty() ||
+         outer_hull(body).triangles.size() < body.triangles.size();
 }
 
 /// Where the viewer stands, and what is cut away before him.

@@ -99,8 +99,8 @@ double SectionArea::area_mm2() const {
 std::vector<SectionArea> section_areas(const Delivery& delivery, const SectionView& view) {
   std::vector<SectionArea> areas;
   for (const auto& [role, kind] :
-       {std::pair{Part::Role::body, SectionArea::Kind::material}, std::pair{Part::Role::modifier, SectionArea::Kind::infill},
-        std::pair{Part::Role::insert, SectionArea::Kind::insert}}) {
+       {std::pair{Part::Role::body, SectionArea::Kind::material}, std::pair{Part::Role::plug, SectionArea::Kind::material},
+        std::pair{Part::Role::modifier, SectionArea::Kind::infill}, std::pair{Part::Role::insert, SectionArea::Kind::insert}}) {
     const Mesh mesh = delivery.mesh_of(role);
     if (mesh.triangles.empty()) continue;
     const Mesh seen = with_merged_vertices(transformed(mesh, Eigen::Affine3d(view.to_view)));

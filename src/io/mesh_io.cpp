@@ -209,7 +209,8 @@ std::string detail::encode_mesh(const fs::path& path, const Mesh& mesh) { return
 std::string detail::encode_delivery(const fs::path& path, const Delivery& delivery, ThreeMfFlavor flavor) {
   const Mesh solid = delivery.solid();
   const Format& format = format_for(path, solid);
-  const bool says_more = delivery.has_infill() || !delivery.pauses_mm.empty();
+  const bool plugged = !delivery.mesh_of(Part::Role::plug).triangles.empty();
+  const bool says_more = delivery.has_infill() || !delivery.pauses_mm.empty() || plugged;
   if (!says_more && can_write_infill(path)) return encode_3mf(solid, delivery.thumbnail_png);
   if (!says_more || (!delivery.has_infill() && !can_write_infill(path))) return format.encode(solid);
   if (!can_write_infill(path))

@@ -118,6 +118,7 @@ struct Object {
   std::string type;
   std::optional<SparseInfill> infill;  ///< of a sparse region, by its name
   std::string not_only_triangles;      ///< what else its shape is made of
+  bool plug = false;                   ///< closes a hole of another one
   Mesh mesh;                           ///< in units of the file
   std::vector<Reference> components;
 };
@@ -162,6 +163,9 @@ constexpr InfillKeys kBambuKeys = {
 
 /// What names of sparse regions begin with, before percentage and pattern.
 constexpr const char* kSparseName = "rayrep sparse infill % ";
+
+/// The part number of what closes a hole: its triangles are where it is in the body, whatever its place on the bed.
+constexpr const char* kPlugNumber = "rayrep plug";
 
 /// Of a name that is one of those; else none.
 std::optional<SparseInfill> infill_named(std::string_view name) {
@@ -218,18 +222,24 @@ public:
     read_bambu_marks(kBambuConfig);
     const ModelPart& root = part(root_);
     result_.mm_per_unit = root.mm_per_unit;
-    for (const Reference& item : root.items) append_item(item);
+    std::size_t plugs = 0;
+    for (const Reference& item : root.items)
+      if (take_plug(root, item))
+        ++plugs;
+      else
+        append_item(item);
     if (root.items.empty())
       fail_read(file_, "",
                 "the build section of the 3MF file places no object. Put an object on the build plate and export again.");
-    if (root.items.size() > 1)
-      result_.notes.push_back(concat("The ", root.items.size(), " objects on the build plate were joined into one mesh."));
+    if (root.items.size() > plugs + 1)
+      result_.notes.push_back(concat("The ", root.items.size() - plugs, " objects on the build plate were joined into one mesh."));
     if (root.not_printable > 0)
       result_.notes.push_back(plural(root.not_printable, "object", "objects") + " marked as not printable left out.");
     if (supports_ > 0) result_.notes.push_back(plural(supports_, "support object", "support objects") + " left out.");
     for (const auto& [what, count] : left_out_)
       result_.notes.push_back(concat(plural(count, "volume", "volumes"), " marked '", what, "' left out: no material of its own."));
-    if (const std::size_t count = result_.modifiers.size(); count > 0)
+    if (plugs > 0) result_.notes.push_back(plural(plugs, "plug", "plugs") + " that close holes of it.");
+    if (const std::size_t count = result_.modifiers.size() - plugs; count > 0)
       result_.notes.push_back(concat(plural(count, "modifier", "modifiers"), " with infill of another density."));
     if (negatives_ > 0) result_.notes.push_back(plural(negatives_, "negative volume", "negative volumes") + " subtracted.");
     result_.polygons = result_.mesh.triangles.size();
@@ -342,6 +352,7 @@ private:
     budget_.take(sizeof(Object));
     object.type = attribute(node, "type");
     object.infill = infill_named(attribute(node, "name"));
+    object.plug = attribute(node, "partnumber") == kPlugNumber;
     if (!attribute(node, "slicestackid").empty()) object.not_only_triangles = "slices";
     for (const auto& content : node.children()) {
       const std::string_view name = local_name(content.name());
@@ -401,6 +412,16 @@ private:
       }
     if (!text.empty()) fail_read(file_, where, "its transform holds more than twelve numbers. Export the model again.");
     return result;
+  }
+
+  bool take_plug(const ModelPart& root, const Reference& item) {
+    const auto found = root.objects.find(item.id);
+    if (found == root.objects.end() || !found->second.plug || item.part != root_) return false;
+    Part& plug = result_.modifiers.emplace_back();
+    plug.role = Part::Role::plug;
+    plug.to_bed = item.transform;
+    append_mesh(found->second.mesh, Eigen::Affine3d::Identity(), named(item.id), plug.mesh);
+    return true;
   }
 
   void append_item(const Reference& item) {
@@ -700,6 +721,36 @@ std::string model_xml(std::span<const Volume> volumes, Layout layout) {
   return xml += concat(" </resources>\n <build>\n  <item objectid=\"", id, "\"/>\n </build>\n</model>\n");
 }
 
+/// Adds plugs as objects of their own, each with its place on the bed.
+void add_plugs(const Delivery& delivery, std::size_t first_id, std::string& xml) {
+  std::string objects;
+  std::string items;
+  std::size_t id = first_id;
+  for (const Part& part : delivery.parts) {
+    if (part.role != Part::Role::plug) continue;
+    const Volume volume{&part.mesh};
+    const std::size_t begin = objects.size();
+    append_object(objects, id, {&volume, 1}, concat("plug ", id - first_id + 1));
+    const std::string id_text = concat("  <object id=\"", id, "\"");
+    objects.insert(begin + id_text.size(), concat(" partnumber=\"", kPlugNumber, "\""));
+    std::string place;
+    for (int row = 0; row < 4; ++row)
+      for (int column = 0; column < 3; ++column)
+        append_number(place += place.empty() ? "" : " ", part.to_bed.matrix()(column, row));
+    items += concat("  <item objectid=\"", id++, "\" transform=\"", place, "\"/>\n");
+  }
+  xml.insert(xml.find(" </resources>"), objects);
+  xml.insert(xml.rfind(" </build>"), items);
+}
+
+/// Adds to the settings of the first object the same for the plugs, named as in the model. @param rows  of one, for its number
+template <typename Rows>
+void add_plug_settings(std::size_t plugs, std::size_t first_id, const Rows& rows, std::string& xml) {
+  std::string objects;
+  for (std::size_t n = 0; n < plugs; ++n) objects += rows(n, first_id + n);
+  xml.insert(xml.rfind("</config>"), objects);
+}
+
 /// The settings of a volume, a line each that begins with `start`.
 std::string infill_settings(const std::string& start, const SparseInfill* infill, const InfillKeys& keys) {
   std::string xml;
@@ -800,9 +851,39 @@ std::string encode_3mf(const Delivery& delivery, ThreeMfFlavor flavor) {
   const bool prusa = flavor == ThreeMfFlavor::prusa;
   const Layout layout = prusa ? Layout::one_object : flavor == ThreeMfFlavor::bambu ? Layout::components : Layout::named;
   std::vector<ArchivePart> entries = first_parts(!delivery.thumbnail_png.empty());
-  entries.push_back({kDefaultModel, model_xml(volumes, layout)});
-  if (prusa) entries.push_back({kPrusaConfig, prusa_config_xml(volumes)});
-  if (layout == Layout::components) entries.push_back({kBambuConfig, bambu_config_xml(volumes, true)});
+  std::vector<const Part*> plugs;
+  for (const Part& part : delivery.parts)
+    if (part.role == Part::Role::plug) plugs.push_back(&part);
+  const std::size_t first_plug = layout == Layout::one_object ? 2 : volumes.size() + 2;
+  std::string model = model_xml(volumes, layout);
+  add_plugs(delivery, first_plug, model);
+  entries.push_back({kDefaultModel, std::move(model)});
+  if (prusa) {
+    std::string config = prusa_config_xml(volumes);
+    add_plug_settings(
+        plugs.size(), first_plug,
+        [&](std::size_t n, std::size_t id) {
+          return concat(
+              " <object id=\"", id, "\" instances_count=\"1\">\n  <metadata type=\"object\" key=\"name\" value=\"plug ", n + 1,
+              "\"/>\n  <metadata type=\"object\" key=\"fill_density\" value=\"100%\"/>\n",
+              "  <metadata type=\"object\" key=\"fill_pattern\" value=\"rectilinear\"/>\n  <volume firstid=\"0\" lastid=\"",
+              plugs[n]->mesh.triangles.size() - 1,
+              "\">\n   <metadata type=\"volume\" key=\"volume_type\" value=\"ModelPart\"/>\n  </volume>\n </object>\n");
+        },
+        config);
+    entries.push_back({kPrusaConfig, std::move(config)});
+  }
+  if (layout == Layout::components || !plugs.empty()) {
+    std::string config = bambu_config_xml(volumes, layout == Layout::components);
+    add_plug_settings(
+        plugs.size(), first_plug,
+        [](std::size_t n, std::size_t id) {
+          return concat(" <object id=\"", id, "\">\n  <metadata key=\"name\" value=\"plug ", n + 1,
+                        "\"/>\n  <metadata key=\"sparse_infill_density\" value=\"100%\"/>\n </object>\n");
+        },
+        config);
+    entries.push_back({kBambuConfig, std::move(config)});
+  }
   if (prusa && !delivery.pauses_mm.empty()) entries.push_back({kPrusaPauses, prusa_pauses_xml(delivery.pauses_mm)});
   if (!delivery.thumbnail_png.empty()) entries.push_back({kThumbnail, delivery.thumbnail_png});
   return pack(entries);

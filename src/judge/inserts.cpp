@@ -111,6 +111,10 @@ double overlap(const Mesh& insert, const SurfaceQuery& of_insert, const Mesh& ot
 
 }  // namespace
 
+double deepest_outside(const Mesh& mesh, const SurfaceQuery& surface, const Progress& progress) {
+  return deepest_corner(mesh, surface, false, progress);
+}
+
 void judge_inserts(const Delivery& delivered, const Mesh& solid, const Mesh& hull, const Progress& progress, Verdict& verdict) {
   const SurfaceQuery printed(solid);
   const SurfaceQuery outside(hull);

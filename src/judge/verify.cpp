@@ -13,6 +13,7 @@
 
 #include "base/rotation.h"
 #include "base/text.h"
+#include "judge/drains.h"
 #include "judge/figures.h"
 #include "judge/inserts.h"
 #include "judge/righting.h"
@@ -510,12 +511,25 @@ Verdict verify(const PrintedDelivery& delivered, const Mesh* original, const Spe
   require_size(solid);
   Verdict both;
   const AllowedOutside outside(solid, original, spec, progress);
-  const Surface surface = judge_surface(solid, outside.mesh(), progress, both);
+  const bool drained = print.drains.wanted();
+  if (drained && !original)
+    throw Error(ErrorCode::usage, "Holes are told from the rest of the outside by the original: name it (--original).");
+  const Surface surface = judge_surface(solid, outside.mesh(), progress, both, drained ? &print.drains : nullptr);
   add_surface_criteria(surface, {original != nullptr, print, limits.wall_ratio}, progress, both);
   outside.tell(both);
   if (!Surface::closed(both)) return both;
-  const Moments s = delivered.printed + insert_moments(delivered.delivery, print.density_g_cm3);
-  const PrintInHull in = in_hull(merged_mesh(surface.outer), s, progress);
+  Moments s = delivered.printed + insert_moments(delivered.delivery, print.density_g_cm3);
+  Mesh touched = surface.outer;
+  Verdict holes;
+  if (drained) {
+    const Drained what{delivered.delivery, surface, *outside.mesh(), spec};
+    holes.cavities = both.cavities;
+    judge_drains(what, progress, holes);
+    both.trapped_resin_g = holes.trapped_resin_g;
+    s += closed_in(what);
+    touched = outside_with_plugs(what, both);
+  }
+  const PrintInHull in = in_hull(merged_mesh(touched), s, progress);
   Verdict verdict = judge_any(in, spec, limits, progress);
   // What was found of the surface, and its criteria first.
   both.goal = std::move(verdict.goal);
@@ -526,15 +540,19 @@ Verdict verify(const PrintedDelivery& delivered, const Mesh* original, const Spe
   const auto add = [](auto& to, auto& from) {
     to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
   };
-  add(both.criteria, verdict.criteria);
-  add(both.meaning, verdict.meaning);
-  add(both.notes, verdict.notes);
+  add(both.figures, holes.figures);
+  for (Verdict* part : {&holes, &verdict}) add(both.criteria, part->criteria);
+  for (Verdict* part : {&verdict, &holes}) {
+    add(both.meaning, part->meaning);
+    add(both.notes, part->notes);
+  }
   if (delivered.delivery.has_inserts()) judge_inserts(delivered.delivery, surface.mesh, in.hull, progress, both);
   return both;
 }
 
 Verdict verify(const Delivery& delivered, const Mesh* original, const Spec& spec, const Limits& limits, const Progress& progress) {
-  if (!delivered.has_infill() && !delivered.has_inserts()) return verify(delivered.solid(), original, spec, limits, progress);
+  if (!delivered.has_infill() && !delivered.has_inserts() && !print_of(spec).drains.wanted())
+    return verify(delivered.solid(), original, spec, limits, progress);
   require_size(delivered.solid());
   Verdict verdict = verify(PrintedDelivery{delivered, moments_of(delivered, progress)}, original, spec, limits, progress);
   for (const Part& part : delivered.parts)

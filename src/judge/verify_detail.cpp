@@ -305,7 +305,8 @@ void AllowedOutside::tell(Verdict& verdict) const {
     verdict.meaning.push_back("Its outside was changed: " + number(cut_mm_, 2) + " mm were cut off below for a base, as allowed.");
 }
 
-Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progress& progress, Verdict& verdict) {
+Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progress& progress, Verdict& verdict,
+                      const Drains* drains) {
   Surface surface;
   surface.mesh = merged_mesh(delivered);
   const Mesh& mesh = surface.mesh;
@@ -340,6 +341,17 @@ Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progres
   }
   surface.outer = part(mesh, outer_triangles);
   progress.check();
+  const bool holed = original && drains && Surface::closed(verdict);
+  if (holed) {
+    std::vector<char> unchanged;
+    for (const int t : outer_triangles) unchanged.push_back(matched.delivered[static_cast<std::size_t>(t)]);
+    surface.holes = holes_in({surface.outer, unchanged, *original, drains->diameter_mm, verdict.coordinate_rounding_mm}, progress);
+    std::erase_if(added_triangles, [&](int t) {
+      const auto at = std::lower_bound(outer_triangles.begin(), outer_triangles.end(), t) - outer_triangles.begin();
+      return surface.holes.inside[static_cast<std::size_t>(at)] != 0;
+    });
+    verdict.cavities += surface.holes.cavities;
+  }
   const TrianglePairs close = close_pairs(mesh, progress);
   progress.check();
   std::vector<char> added(mesh.triangles.size(), 0);
@@ -349,10 +361,21 @@ Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progres
   if (Surface::closed(verdict) && verdict.crossing_triangles == 0)
     surface.misplaced_edges = misplaced_edges(mesh, cavity_triangles, progress);
   surface.material = Surface::closed(verdict) ? boundary_of_union(mesh, close, progress) : mesh;
-  verdict.smallest_wall_mm = smallest_wall(part(mesh, cavity_triangles), surface.outer, progress);
-  if (original)
-    verdict.outer_deviation_mm =
-        outer_deviation({*original, surface.outer, part(*original, matched.missing), part(mesh, added_triangles)}, progress);
+  std::vector<int> wall_triangles = cavity_triangles;
+  std::vector<int> unholed_triangles = outer_triangles;
+  if (holed) {
+    unholed_triangles.clear();
+    for (std::size_t n = 0; n < outer_triangles.size(); ++n) {
+      if (!surface.holes.inside[n]) unholed_triangles.push_back(outer_triangles[n]);
+      if (surface.holes.inside[n] && !surface.holes.in_hole[n]) wall_triangles.push_back(outer_triangles[n]);
+    }
+  }
+  verdict.smallest_wall_mm = smallest_wall(part(mesh, wall_triangles), holed ? surface.holes.sealed : surface.outer, progress);
+  if (!original) return surface;
+  Mesh gone = part(*original, matched.missing);
+  if (holed) gone = beside_mouths(gone, surface.holes.mouths, drains->diameter_mm);
+  const Mesh outside = holed ? part(mesh, unholed_triangles) : surface.outer;
+  verdict.outer_deviation_mm = outer_deviation({*original, outside, gone, part(mesh, added_triangles)}, progress);
   return surface;
 }
 
@@ -363,6 +386,7 @@ namespace {
 // What sealed cavities keep of the liquid it is printed from.
 void judge_trapped(const Surface& surface, const Print& print, const Progress& progress, Verdict& verdict) {
   if (!(print.liquid_g_cm3 > 0) || print.drained || !Surface::closed(verdict)) return;
+  if (print.drains.wanted()) return;  // judge_drains
   const double material_mm3 = mesh_moments(surface.material)[M1];
   const double sealed_mm3 = mesh_moments(boundary_of_union(outer_hull(surface.mesh), progress))[M1] - material_mm3;
   if (sealed_mm3 > 1e-9 * material_mm3) verdict.trapped_resin_g = 1e-3 * print.liquid_g_cm3 * sealed_mm3;

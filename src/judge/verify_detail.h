@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <string>
 
+#include "judge/outer_surface.h"
 #include "rayrep/base/progress.h"
 #include "rayrep/judge/verify.h"
 #include "rayrep/mesh/mesh.h"
@@ -41,14 +42,17 @@ struct Surface {
   Eigen::AlignedBox3d box;
   double diagonal_mm = 0;   ///< of the box
   bool is_float32 = false;  ///< all its coordinates are float32 values
+  HoledOutside holes;       ///< of `outer`; empty where none are allowed
 
   /// Whether the winding number means anything.
   static bool closed(const Verdict& verdict) { return verdict.bad_edges == 0; }
 };
 
 /// Takes a delivered mesh apart, and fills in all of the verdict but criteria and notes.
+/// @param drains  holes that the outside may have, with an original; null: none
 /// @throws Error{input}: see merged_mesh; Error{interrupted}
-Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progress& progress, Verdict& verdict);
+Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progress& progress, Verdict& verdict,
+                      const Drains* drains = nullptr);
 
 /// The outside that a body is held to: the original, but for what a goal lets be cut off below.
 class AllowedOutside {

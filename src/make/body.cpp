@@ -61,11 +61,15 @@ std::shared_ptr<Body> body_in(const Eigen::Affine3d& frame, Mesh mesh, const Dis
 Discretisation discretisation(const Print& print, const HollowOptions& options) {
   // Slicers do not see less: the lines of infill are as far apart.
   constexpr double kSmallestSparse_mm3 = 100;
+  constexpr double kSmallestDrained = 1.5;
   const bool sparse = print.infill.wanted();
   Discretisation result;
   result.wall_mm = print.wall_mm;
   result.resolution = options.resolution;
   result.min_cavity_mm3 = sparse ? std::max(kSmallestSparse_mm3, options.min_cavity_mm3) : options.min_cavity_mm3;
+  // What is too small for its holes is not worth them.
+  if (print.drains.where == Drains::Where::found)
+    result.min_cavity_mm3 = std::max(result.min_cavity_mm3, std::pow(kSmallestDrained * print.drains.diameter_mm, 3));
   result.look_only = options.look_only;
   result.phases = phases_of(print);
   result.rooms = rooms_of(options.fixed);
@@ -84,6 +88,8 @@ void check(const HollowOptions& options, const Spec& spec) {
     if (const SpinSpec* spin = std::get_if<SpinSpec>(&spec); spin && spin->certify)
       throw Error(ErrorCode::usage, "--certify does not know a limit on the core: leave it or --core-volume out.");
   }
+  if (print_of(spec).drains.wanted() && options.as_printed)
+    throw Error(ErrorCode::usage, "What a slicer makes of holes and plugs is not fed back: leave --drain out, or the slicer.");
   if (options.max_passes < 1) throw Error(ErrorCode::usage, "At least one pass is needed.");
 }
 

@@ -6,6 +6,7 @@
 #include "make/as_printed.h"
 #include "make/balls.h"
 #include "make/core_maker.h"
+#include "make/drained_maker.h"
 #include "make/fixed.h"
 #include "make/plan.h"
 #include "rayrep/base/error.h"
@@ -24,6 +25,12 @@ HollowResult carry_out(Plan& plan, const HollowOptions& options, const Progress&
     // A correction is wanted for a neighbouring wall, with which the cavity is compared.
     maker =
         std::make_unique<CavityMaker>(body, print, options, progress, correction ? CavityMaker::By::grid : CavityMaker::By::cut);
+  const DrainedMaker* drained = nullptr;
+  if (print.drains.wanted()) {
+    auto with_holes = std::make_unique<DrainedMaker>(std::move(maker), body, plan.spec, options, progress);
+    drained = with_holes.get();
+    maker = std::move(with_holes);
+  }
   const AsBuilt problem{body.shell,         moment_units(body.solid[M1], body.diagonal_mm),
                         plan.error,         plan.start,
                         options.max_passes, options.as_built_tolerance};
@@ -39,6 +46,7 @@ HollowResult carry_out(Plan& plan, const HollowOptions& options, const Progress&
                                            : solve_as_built(problem, solver, *maker, result, progress);
   if (correction) *correction = found;
   result.spec = plan.spec;
+  if (drained) print_of(result.spec).drains.points_mm = drained->mouths();
   result.cast = body.inner.cast;
   result.dropped_components = body.inner.dropped_components;
   result.ray_spacing_mm = body.inner.rays.grid.spacing_mm;

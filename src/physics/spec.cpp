@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cmath>
 #include <numbers>
+#include <sstream>
 #include <utility>
 
 #include "base/text.h"
@@ -413,6 +414,113 @@ void check_balls(const Print& print) {
                 shown(balls.density_g_cm3) + " g/cm3.");
 }
 
+void check_drains(const Print& print, For purpose) {
+  const Drains& drains = print.drains;
+  if (!drains.wanted()) {
+    if (drains.plugged) usage_error("--plug closes holes that drain cavities: say --drain auto, too.");
+    return;
+  }
+  if (drains.plugged && !(drains.diameter_mm > 4 * drains.clearance_mm))
+    usage_error("A plug for a hole of " + shown(drains.diameter_mm) + " mm with a clearance of " + shown(drains.clearance_mm) +
+                " mm is too thin: choose a wider hole (--drain-diameter) or less clearance (--plug-clearance).");
+  if (purpose != For::making) return;
+  if (print.infill.wanted())
+    usage_error("Sparse infill is open to its own cells only and is not drained: leave --drain out, or --infill.");
+  if (print.core.wanted()) usage_error("A core closes the cavity that --drain would open: leave one of them out.");
+  if (print.balls.wanted()) usage_error("Where balls lie is found without holes: leave --drain out, or --balls.");
+  if (print.cut.wanted()) usage_error("A cut opens every cavity, so that it needs no holes: leave --drain out, or --cut.");
+}
+
+/// auto, none, or one more place; several have ; between them.
+TextPlace drain_place(Drains& drains) {
+  return {[&drains](const std::string& text) {
+            if (text == "none") {
+              drains = {};
+              return;
+            }
+            if (text == "auto") {
+              if (drains.where == Drains::Where::given) usage_error("--drain takes auto or places, not both.");
+              drains.where = Drains::Where::found;
+              return;
+            }
+            std::istringstream places(text);
+            for (std::string one; std::getline(places, one, ';');) {
+              const std::vector<double> numbers = parse_numbers("drain", one);
+              if (numbers.size() != 3) usage_error("--drain takes auto, or X,Y,Z in mm; it is '" + text + "'.");
+              if (drains.where != Drains::Where::given) drains.points_mm.clear();
+              drains.where = Drains::Where::given;
+              drains.points_mm.emplace_back(numbers[0], numbers[1], numbers[2]);
+            }
+          },
+          [&drains] {
+            if (drains.where != Drains::Where::given) return std::string(drains.wanted() ? "auto" : "none");
+            std::string text;
+            for (const auto& p : drains.points_mm) text += (text.empty() ? "" : ";") + shown_point(p);
+            return text;
+          }};
+}
+
+/// What resin needs, in one word.
+TextPlace resin_place(Print& print) {
+  return {[&print](const std::string&) {
+            print.density_g_cm3 = material("resin").density_g_cm3;
+            print.liquid_g_cm3 = material("resin").liquid_g_cm3;
+            if (!print.drains.wanted()) print.drains.where = Drains::Where::found;
+            print.drains.plugged = true;
+          },
+          [&print] { return std::string(print.liquid_g_cm3 > 0 && print.drains.plugged ? "yes" : "no"); }};
+}
+
+/// Of holes that drain, and how the print is held.
+Settings drain_rows(Print& print, For purpose) {
+  Drains& drains = print.drains;
+  return {
+      {.name = "drain",
+       .value = "WHERE",
+       .words = "holes by which cavities drain: auto, or X,Y,Z (several times)",
+       .details =
+           purpose == For::judging
+               ? "What of the outside is changed is taken to be holes, none wider than --drain-diameter; needs --original. How "
+                 "much would stay in the cavities, held as they are printed (--print-direction), is told, with auto at most 1 %."
+               : "auto: for each cavity one where it drains and one where air comes in, as it is held when it is printed "
+                 "(--print-direction), and more while more than 1 % would stay inside: above the waterline unless they are "
+                 "closed again (--plug), not in the support, in opposite pairs or on the axis of what spins. X,Y,Z: through the "
+                 "wall at the place of the surface that is nearest to it, in mm, where it is in the body. What holes and plugs "
+                 "weigh is made up for inside.",
+       .place = drain_place(drains),
+       .rare = true,
+       .repeated = true},
+      {.name = "drain-diameter",
+       .value = "MM",
+       .words = "of these holes",
+       .details = "",
+       .place = &drains.diameter_mm,
+       .range = {.lo = 0.5, .hi = 50, .open = false},
+       .rare = true},
+      {.name = "plug",
+       .value = "",
+       .words = "close them again by plugs that are printed, too",
+       .details = purpose == For::judging ? "Every hole must have one (--plugs, or in the 3MF file)."
+                                          : "Flush with the outside and the cavity: glue them in, tight. They are objects of "
+                                            "their own in a 3MF output, else a file of their own, NAME_plugs.",
+       .place = &drains.plugged,
+       .rare = true},
+      {.name = "plug-clearance",
+       .value = "MM",
+       .words = "all around a plug",
+       .details = "",
+       .place = &drains.clearance_mm,
+       .range = {.lo = 0, .hi = 1, .open = false},
+       .rare = true},
+      {.name = "print-direction",
+       .value = "DIR",
+       .words = "of the mesh: upward on the bed (default: what points up)",
+       .details = "x, y, z, -x, -y, -z or X,Y,Z: as the mesh is laid on the bed in the slicer.",
+       .place = TextPlace{[&print](const std::string& text) { print.direction = parse_direction(text); },
+                          [&print] { return print.direction ? shown_point(*print.direction) : std::string("as it stands"); }},
+       .rare = true}};
+}
+
 template <typename Spec>
 void check_rows(const Spec& spec, For purpose) {
   Spec copy = spec;
@@ -426,6 +534,7 @@ void check_rows(const Spec& spec, For purpose) {
     check_core(spec.print);
     check_balls(spec.print);
   }
+  check_drains(spec.print, purpose);
   check_up(spec.up);
   check_density("density", spec.print.density_g_cm3);
 }
@@ -661,38 +770,52 @@ Settings settings(Print& print, For purpose) {
                                return std::string("none");
                              },
                              words_for(materials())};
-  return {
-      {.name = "material",
-       .value = "NAME",
-       .words = "one of: " + material_names(),
-       .details =
-           "Sets the density to a typical one; the data sheet of the spool or bottle is better (--density, which goes before). "
-           "Sources: docs/conventions.md. With resin, what a sealed cavity keeps uncured is weighed, and the mesh fails "
-           "(trapped_resin) unless --drained is said.",
-       .place = by_name},
-      {.name = "density",
-       .value = "G_CM3",
-       .words = "density of the print (default 1.24, PLA)",
-       .details = "",
-       .place = &print.density_g_cm3,
-       .range = Range::positive()},
-      {.name = "drained",
-       .value = "",
-       .words = "resin: you will drain the cavities, and close them again",
-       .details =
-           "Says that no uncured resin stays in a sealed cavity: you drill a hole into each, let it run out, and close the hole "
-           "with cured resin. What hole and plug change of the mass is not accounted for.",
-       .place = &print.drained,
-       .rare = true},
-      {.name = "wall",
-       .value = "MM",
-       .words = "smallest wall thickness",
-       .details =
-           "Smallest distance between cavity and outer surface. It is kept, and judged, at the cavity's vertices; the middle of a "
-           "triangle can be nearer by a few percent along reentrant creases.",
-       .place = &print.wall_mm,
-       .range = purpose == For::judging ? Range{.lo = 0, .open = false} : Range::positive()},
-  };
+  Settings rows = asked_for(
+      {
+          {.name = "resin",
+           .value = "",
+           .words = "what resin needs: --material resin --drain auto --plug",
+           .details =
+               "For each cavity a hole by which the resin runs out and one for air, with plugs to close them. What stays inside "
+               "all the same counts as mass, and fails (trapped_resin) if it is more than 1 % of what the cavities hold.",
+           .place = resin_place(print),
+           .applies = For::making,
+           .rare = true,
+           .also = "material"},
+          {.name = "material",
+           .value = "NAME",
+           .words = "one of: " + material_names(),
+           .details =
+               "Sets the density to a typical one; the data sheet of the spool or bottle is better (--density, which goes before). "
+               "Sources: docs/conventions.md. With resin, what a sealed cavity keeps uncured is weighed, and the mesh fails "
+               "(trapped_resin) unless --drained is said.",
+           .place = by_name},
+          {.name = "density",
+           .value = "G_CM3",
+           .words = "density of the print (default 1.24, PLA)",
+           .details = "",
+           .place = &print.density_g_cm3,
+           .range = Range::positive()},
+          {.name = "drained",
+           .value = "",
+           .words = "resin: you will drain the cavities, and close them again",
+           .details = "Says that no uncured resin stays in a sealed cavity: you drill a hole into each, let it run out, and close "
+                      "the hole "
+                      "with cured resin. What hole and plug change of the mass is not accounted for.",
+           .place = &print.drained,
+           .rare = true},
+          {.name = "wall",
+           .value = "MM",
+           .words = "smallest wall thickness",
+           .details = "Smallest distance between cavity and outer surface. It is kept, and judged, at the cavity's vertices; the "
+                      "middle of a "
+                      "triangle can be nearer by a few percent along reentrant creases.",
+           .place = &print.wall_mm,
+           .range = purpose == For::judging ? Range{.lo = 0, .open = false} : Range::positive()},
+      },
+      purpose);
+  for (Setting& row : drain_rows(print, purpose)) rows.push_back(std::move(row));
+  return rows;
 }
 
 Settings settings(FloatSpec& spec, For purpose) {

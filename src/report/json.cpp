@@ -240,6 +240,8 @@ std::string to_json(const RunReport& report) {
   if (!report.output.empty()) json["output"] = {{"path", report.output}, {"triangles", report.delivered_triangles}};
   if (!report.changed.empty()) json["changed"] = report.changed;
   if (report.insert) json["insert"] = {{"path", report.insert->path}, {"mass_properties", mass_json(report.insert->mass)}};
+  if (report.plugs)
+    json["plugs"] = {{"path", report.plugs->path.empty() ? report.output : report.plugs->path}, {"pieces", report.plugs->pieces}};
   if (report.outside) {
     json["outside"] = {{"path", report.outside->path}, {"note", report.outside->note}};
     add(report.outside->changes, json["outside"]);

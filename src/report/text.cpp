@@ -148,6 +148,17 @@ std::string insert_text(const RunReport& report) {
   return format("%s shows where the balls are", report.insert->path);
 }
 
+/// What comes out of the holes, and what closes them.
+std::string drains_text(const RunReport& report) {
+  const Print& print = print_of(report.hollow->spec);
+  const std::string what =
+      print.liquid_g_cm3 > 0 ? "Let the resin run out of the holes" : "What is left inside comes out of the holes";
+  if (!report.plugs) return what;
+  const std::string where = report.plugs->path.empty() ? "in the file, too" : "in " + report.plugs->path;
+  return what +
+         format("; then glue in the %d plug%s (%s), tight", report.plugs->pieces, report.plugs->pieces > 1 ? "s" : "", where);
+}
+
 }  // namespace
 
 std::string to_text(const RunReport& report, bool verbose) {
@@ -184,7 +195,7 @@ std::string printing_text(const RunReport& report) {
     text += "with the profile it was sliced with before";
   } else if (print.liquid_g_cm3 > 0) {
     text += "solid, not hollowed again by the slicer";
-    if (hollow.cavities > 0)
+    if (hollow.cavities > 0 && !print.drains.wanted())
       text += format("; drill a hole into %s, let the resin run out, and close it with cured resin",
                      hollow.cavities == 1 ? std::string("the cavity") : format("each of the %zu cavities", hollow.cavities));
   } else if (hollow.cavities == 0) {
@@ -208,9 +219,10 @@ std::string printing_text(const RunReport& report) {
   if (!report.dense_output.empty())
     text += format(". %s is what is solid, %s what is sparse", report.dense_output, report.sparse_output);
   if (report.insert) text += ". " + insert_text(report);
+  if (print.drains.wanted()) text += ". " + drains_text(report);
   if (!report.pauses_mm.empty()) text += ". " + pauses_text(report);
-  return wrapped(text +
-                 format(". %s should weigh %.1f g.", report.insert ? "All together" : "The print", report.after.body.mass_g));
+  return wrapped(text + format(". %s should weigh %.1f g.", report.insert || report.plugs ? "All together" : "The print",
+                               report.after.body.mass_g));
 }
 
 std::string to_text(const Inspection& inspection) {

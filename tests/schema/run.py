@@ -15,6 +15,7 @@ RUNS = [
     ("stand", "couple.stl", "--deform-limit", "3", "--resolution", "40"), ("stand", "heart.stl", "--balls", "2", "--resolution", "40"),
     ("target", "duck.stl", "--mass", "50", "--resolution", "40"), ("pose", "die.stl", "--stand", "z", "--stand", "x", "--resolution", "40"),
     ("dice", "die.stl", "--resolution", "40"), ("verify", "duck.stl", "--goal", "float", "--density", "0.5", "--waterline", "20"), ("inspect", "duck.stl"),
+    ("float", "duck.stl", "--resolution", "40", "--resin"),
     ("float", "duck.stl", "--resolution", "40", "--waterline", "2", "--allow", "waterline"),
 ]
 

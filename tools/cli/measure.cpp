@@ -42,6 +42,14 @@ Delivery delivery_of(MeshFile file, const std::optional<double>& percent_laid_do
   return delivery;
 }
 
+std::vector<Part> read_plugs(const std::filesystem::path& path) {
+  MeshFile file = read_mesh(path);
+  std::vector<Part> parts = std::move(file.modifiers);
+  if (!file.mesh.triangles.empty()) parts.push_back({.mesh = std::move(file.mesh), .role = Part::Role::plug});
+  std::erase_if(parts, [](const Part& part) { return part.role != Part::Role::plug; });
+  return parts;
+}
+
 SlicedBodies::SlicedBodies(const Options& options, const Progress& progress) : options_(options), progress_(progress) {
   if (!by_hand()) {
     folder_.emplace();

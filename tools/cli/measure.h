@@ -17,6 +17,9 @@ Measurement measured(const Options& options, const Mesh* mesh, const std::string
 /// What a file that is written holds: its mesh and, of 3MF, where it is printed sparsely.
 Delivery delivery_of(MeshFile file, const std::optional<double>& percent_laid_down);
 
+/// What closes holes, as it was written. @throws Error{input}
+std::vector<Part> read_plugs(const std::filesystem::path& path);
+
 /// What is printed of one body after the other: as a slicer lays it down, its G-code in a temporary folder; or as it is expected
 /// after what was sliced by hand (Options::as_sliced), with as much more than the mesh as that had.
 class SlicedBodies {

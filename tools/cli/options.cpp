@@ -587,6 +587,12 @@ std::vector<Group> verify_groups(Options& options) {
   judging.settings.push_back(fixed_row(options,
                                        "A heavy core, a magnet, a coin: a mesh in mm, where it is in the body. It must have room "
                                        "there, within 0.1 mm. May be given several times."));
+  judging.settings.push_back({.name = "plugs",
+                              .value = "FILE",
+                              .words = "what closes the holes again, as rayrep writes it",
+                              .details = "A mesh in mm, each plug where it is in the body. A 3MF file of rayrep has them in it.",
+                              .place = path_place(options.plugs),
+                              .rare = true});
   judging.settings.push_back({.name = "original",
                               .value = "FILE",
                               .words = "required outer surface, of --unit and --size",
@@ -597,9 +603,15 @@ std::vector<Group> verify_groups(Options& options) {
   return {mesh, judging, {"Goal " + options.goal, rows}, {"A print (MESH is a .gcode or .sl1 file)", print_rows(options)}, files};
 }
 
+/// Of what is only weighed.
+Settings density_rows(Print& print) {
+  Settings rows = settings(print, For::judging);
+  std::erase_if(rows, [](const Setting& s) { return s.name != "material" && s.name != "density"; });
+  return rows;
+}
+
 std::vector<Group> measure_groups(Options& options) {
-  Group print{"The print", settings(options.print, For::judging)};
-  std::erase_if(print.settings, [](const Setting& s) { return s.name == "wall" || s.name == "drained"; });
+  Group print{"The print", density_rows(options.print)};
   append(print.settings, print_rows(options));
   Group mesh{"The mesh in it",
              {{.name = "of",
@@ -619,9 +631,7 @@ std::vector<Group> measure_groups(Options& options) {
 }
 
 std::vector<Group> inspect_groups(Options& options) {
-  Settings density = settings(options.print, For::judging);
-  std::erase_if(density, [](const Setting& s) { return s.name == "wall" || s.name == "drained"; });
-  Group output{"Output", density};
+  Group output{"Output", density_rows(options.print)};
   output.settings.push_back(
       {.name = "json", .value = "", .words = "JSON on standard output", .details = "", .place = &options.json});
   output.settings.push_back(html_row(options));
@@ -716,8 +726,7 @@ std::vector<Group> sweep_groups(Options& options) {
 
 std::vector<Group> view_groups(Options& options) {
   Group mesh{"The mesh", mesh_rows(options)};
-  append(mesh.settings, settings(options.print, For::judging));
-  std::erase_if(mesh.settings, [](const Setting& s) { return s.name == "wall" || s.name == "drained"; });
+  append(mesh.settings, density_rows(options.print));
   mesh.settings.push_back(fixed_row(options, "In mm, where it is in the body. May be given several times."));
   Group pictures{"Pictures", picture_rows(options)};
   pictures.settings.push_back(picture_up_row(options));
@@ -932,8 +941,11 @@ Given split(int argc, const char* const* argv, const std::vector<Group>& groups)
 
 /// Options that say the same as this one in other words, or belong to it: they do not count beside it.
 std::set<std::string> replaced_by(const std::string& name) {
-  static const std::map<std::string, std::set<std::string>> all = {
-      {"waterline", {"submerged"}}, {"submerged", {"waterline"}}, {"material", {"density"}}, {"up", {"axis", "max-tilt"}}};
+  static const std::map<std::string, std::set<std::string>> all = {{"waterline", {"submerged"}},
+                                                                   {"submerged", {"waterline"}},
+                                                                   {"material", {"density", "resin"}},
+                                                                   {"resin", {"density", "material"}},
+                                                                   {"up", {"axis", "max-tilt"}}};
   const auto found = all.find(name);
   return found == all.end() ? std::set<std::string>{} : found->second;
 }
@@ -1208,6 +1220,7 @@ void choose_output(Options& options) {
   };
   const Print& print = print_of(options.spec);
   if (print.core.wanted() || print.balls.wanted()) options.insert_output = beside(print.core.wanted() ? "_core" : "_balls");
+  if (print.drains.plugged && !can_write_infill(options.output)) options.plug_output = beside("_plugs");
   if (options.deform.limit_mm) options.outside_output = beside("_outside");
   if (options.phases) {
     options.dense_output = beside("_dense");
@@ -1302,7 +1315,7 @@ double Options::insert_density() const {
 
 std::vector<std::filesystem::path> Options::meshes() const {
   std::vector<std::filesystem::path> written;
-  for (const auto& mesh : {output, insert_output, outside_output, dense_output, sparse_output})
+  for (const auto& mesh : {output, insert_output, plug_output, outside_output, dense_output, sparse_output})
     if (!mesh.empty()) written.push_back(mesh);
   return written;
 }
@@ -1315,6 +1328,7 @@ void refuse_overwriting(const Options& options) {
   std::vector<std::filesystem::path> read = {options.input, options.original, options.spec_file};
   for (const FixedFile& file : options.fixed) read.push_back(file.path);
   read.insert(read.end(), options.deform_fixed.begin(), options.deform_fixed.end());
+  read.push_back(options.plugs);
   const std::vector<std::filesystem::path> written = options.meshes();
   for (const auto& output : written)
     for (const auto& input : read)
@@ -1541,8 +1555,9 @@ std::string judging_command(const Options& options, const Spec& spec, const std:
   for (const FixedFile& file : options.fixed) text += " --fixed " + quoted(file.path.string() + "=" + text_of(file.density_g_cm3));
   if (!options.insert_output.empty())
     text += " --fixed " + quoted(options.insert_output.string() + "=" + text_of(options.insert_density()));
-  static const std::set<std::string> kOther = {"fixed", "unit",  "size",    "memory",  "goal", "each",    "original", "report",
-                                               "html",  "quiet", "verbose", "threads", "help", "section", "picture"};
+  if (!options.plug_output.empty()) text += " --plugs " + quoted(options.plug_output.string());
+  static const std::set<std::string> kOther = {"fixed",  "plugs", "unit",  "size",    "memory",  "goal", "each",    "original",
+                                               "report", "html",  "quiet", "verbose", "threads", "help", "section", "picture"};
   for (std::size_t g = 0; g < now.size(); ++g)
     for (std::size_t n = 0; n < now[g].settings.size(); ++n) {
       const Setting& s = now[g].settings[n];
@@ -1631,7 +1646,7 @@ void take(const Given& given, const Syntax& syntax, const SpecFile* file, Option
   }
   const std::vector<Group> groups = groups_of(syntax, options);
   apply(groups, given, file, options);
-  options.density_given = given.contains("density") || given.contains("material");
+  options.density_given = given.contains("density") || given.contains("material") || given.contains("resin");
   check_print(given, options);
   choose_infill(given, options);
   check_spec(options);

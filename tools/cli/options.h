@@ -109,12 +109,14 @@ struct Options {
 
   std::filesystem::path output;                       ///< empty: the default name
   std::filesystem::path insert_output;                ///< of a heavy core or balls; empty: there are none
+  std::filesystem::path plug_output;                  ///< of what closes holes again; empty: none, or with the body
   std::filesystem::path outside_output;               ///< where the outside may be deformed
   bool phases = false;                                ///< of infill: write what is dense and what is sparse as meshes, too:
   std::filesystem::path dense_output, sparse_output;  ///< empty: they are not written
   ThreeMfFlavor flavor = ThreeMfFlavor::prusa;
   std::filesystem::path
       original;  ///< verify: the surface that must be unchanged; measure: where the print is looked for; may be empty
+  std::filesystem::path plugs;   ///< verify: what closes holes again; empty: none, or with the body
   std::filesystem::path report;  ///< empty: none
   std::filesystem::path html;    ///< likewise
   std::filesystem::path urdf;    ///< target, inspect; empty: none

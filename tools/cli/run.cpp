@@ -131,8 +131,8 @@ std::filesystem::path numbered(const std::filesystem::path& path, std::size_t nu
 /// The options for one body of many.
 Options options_for(const Options& options, std::size_t number) {
   Options one = options;
-  for (std::filesystem::path* path : {&one.output, &one.insert_output, &one.outside_output, &one.dense_output, &one.sparse_output,
-                                      &one.report, &one.html, &one.urdf, &one.mjcf, &one.gcode, &one.picture})
+  for (std::filesystem::path* path : {&one.output, &one.insert_output, &one.plug_output, &one.outside_output, &one.dense_output,
+                                      &one.sparse_output, &one.report, &one.html, &one.urdf, &one.mjcf, &one.gcode, &one.picture})
     *path = numbered(*path, number);
   for (SectionFile& section : one.sections) section.path = numbered(section.path, number);
   refuse_overwriting(one);
@@ -208,6 +208,11 @@ Subject subject_of(const Options& options, const Delivery& delivery, const Mesh&
   return {delivery, marks_of(outside, spec, report.after.body, progress), file.filename().string(), is_printed(file)};
 }
 
+/// What touches water and ground: of a body whose holes are closed by plugs the original's surface.
+Mesh touched(const Delivery& delivered, const Mesh* original) {
+  return original && !delivered.mesh_of(Part::Role::plug).triangles.empty() ? *original : delivered.body();
+}
+
 Eigen::Vector3d centre_of(const Mesh& solid, const Progress& progress) {
   return mass_properties(boundary_of_union(solid, progress), 1).centre_of_mass_mm;
 }
@@ -263,6 +268,11 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   }
   report.pauses_mm = hollow.delivery.pauses_mm;
   Companions companions;
+  std::vector<Part> plugs;
+  if (const Mesh all = hollow.delivery.mesh_of(Part::Role::plug); !all.triangles.empty()) {
+    report.plugs = {options.plug_output.string(), connected_components(with_merged_vertices(all)).count};
+    if (!options.plug_output.empty()) plugs = read_plugs(companions.write(options.plug_output, all, up));
+  }
   if (options.phases && hollow.delivery.has_infill()) {
     companions.write(options.dense_output, hollow.delivery.solid(), up);
     companions.write(options.sparse_output, hollow.delivery.mesh_of(Part::Role::modifier), up);
@@ -283,13 +293,14 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   progress.begin("verify");
   Delivery delivered = delivery_of(read_mesh(pending.path(), kAnySize), print_of(hollow.spec).infill.percent_laid_down);
   delivered.parts.insert(delivered.parts.end(), put_in.begin(), put_in.end());
+  delivered.parts.insert(delivered.parts.end(), plugs.begin(), plugs.end());
   report.after =
       sliced ? sliced->judged(delivered, original, report, progress) : verify(delivered, &original, hollow.spec, {}, progress);
   report.before = state_figures(original, hollow.spec, {}, progress);
   Pictures pictures;
   if (report.after.pass() && options.draws()) {
     progress.begin("draw");
-    Subject subject = subject_of(options, delivered, delivered.body(), report, progress);
+    Subject subject = subject_of(options, delivered, touched(delivered, &original), report, progress);
     subject.marks.centre_before_mm = centre_of(given, progress);
     pictures.draw(options, {subject, &given, report.outside ? &solid : nullptr});
   }
@@ -444,6 +455,8 @@ void verify_one(const Options& options, const ReadMesh& mesh, Stages& stages, co
                             print_of(options.spec).infill.percent_laid_down);
     const std::vector<Part> fixed = read_fixed(options, progress);
     delivered.parts.insert(delivered.parts.end(), fixed.begin(), fixed.end());
+    if (!options.plugs.empty())
+      for (Part& part : read_plugs(options.plugs)) delivered.parts.push_back(std::move(part));
     report.after = verify(delivered, original ? &original->checked.mesh : nullptr, options.spec, {}, progress);
   } catch (const Error& error) {
     // The check says better than the judge what is wrong with a mesh that has no inside.
@@ -455,7 +468,8 @@ void verify_one(const Options& options, const ReadMesh& mesh, Stages& stages, co
     report.after.notes.emplace_back("Of a surface that is not closed no pictures are drawn.");
   } else if (options.draws()) {
     progress.begin("draw");
-    const Subject subject = subject_of(options, delivered, delivered.body(), report, progress);
+    const Subject subject =
+        subject_of(options, delivered, touched(delivered, original ? &original->checked.mesh : nullptr), report, progress);
     pictures = draw_judged(options, subject, original ? &original->checked.mesh : nullptr, progress);
   }
   tell_verdict(options, report, delivered, pictures, stages);

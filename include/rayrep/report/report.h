@@ -60,6 +60,12 @@ struct RunReport {
     int pieces = 1;
   };
   std::optional<Insert> insert;
+  /// What closes the holes again.
+  struct Plugs {
+    std::string path;  ///< empty: they are in the output
+    int pieces = 0;
+  };
+  std::optional<Plugs> plugs;
   /// The outside that was changed so that the goal can be met: what the output was judged against.
   struct Outside {
     std::string path;

@@ -1,0 +1,257 @@
+// Holes by which cavities are drained, and their plugs: where they may be, what they weigh, and what a judge holds them to.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <set>
+
+#include "rayrep/base/error.h"
+#include "rayrep/io/mesh_io.h"
+#include "rayrep/judge/verify.h"
+#include "rayrep/make/hollow.h"
+#include "rayrep/mesh/boolean.h"
+#include "rayrep/mesh/mesh_check.h"
+#include "runs.h"
+#include "solids.h"
+
+namespace rayrep::test {
+namespace {
+
+const Mesh& egg() {
+  static const Mesh mesh = uv_ellipsoid(30, 22, 26, 40);
+  return mesh;
+}
+
+/// As it will be read from STL, so that it holds what was judged.
+HollowOptions as_stl(int resolution = 50) {
+  HollowOptions options = coarse(resolution);
+  options.as_stored = [](const Mesh& mesh) { return as_stored("body.stl", mesh); };
+  return options;
+}
+
+template <typename S>
+S drained(bool plugged) {
+  S spec;
+  spec.print.wall_mm = 1.5;
+  spec.print.drains.where = Drains::Where::found;
+  spec.print.drains.plugged = plugged;
+  return spec;
+}
+
+/// 1 - (V - E + F) / 2 of a closed surface in one piece.
+long genus(const Mesh& given) {
+  const Mesh mesh = with_merged_vertices(given);
+  EXPECT_EQ(connected_components(mesh).count, 1);
+  std::set<std::pair<int, int>> edges;
+  for (const auto& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) edges.insert(std::minmax(t[k], t[(k + 1) % 3]));
+  return 1 -
+         (static_cast<long>(mesh.vertices.size()) - static_cast<long>(edges.size()) + static_cast<long>(mesh.triangles.size())) / 2;
+}
+
+double value_of(const Verdict& verdict, const std::string& name) {
+  for (const Criterion& c : verdict.criteria)
+    if (c.name == name) return c.value;
+  ADD_FAILURE() << name;
+  return 0;
+}
+
+const std::vector<Record>& holes_of(const Verdict& verdict) {
+  for (const Figure& figure : verdict.figures)
+    if (figure.name == "holes") return std::get<std::vector<Record>>(figure.value);
+  throw std::out_of_range("holes");
+}
+
+double number_of(const Record& record, const std::string& name) {
+  for (const auto& [key, value] : record)
+    if (key == name) return std::get<double>(value);
+  throw std::out_of_range(name);
+}
+
+TEST(Drained, FloatsPluggedByNumbersWithHolesAndPlugsCounted) {
+  const HollowResult made = hollow(egg(), drained<FloatSpec>(true), as_stl());
+  EXPECT_LT(made.as_built_error, 1e-6);
+  const Verdict verdict = verify(made.delivery, &egg(), made.spec);
+  EXPECT_TRUE(verdict.pass()) << ::testing::PrintToString(failed(verdict));
+  EXPECT_LT(value_of(verdict, "mass_error"), 2e-6);
+  EXPECT_LT(value_of(verdict, "drains"), 0.01);
+  EXPECT_EQ(holes_of(verdict).size(), 2u);
+  // Two holes into one cavity: one surface, as of a ring.
+  EXPECT_TRUE(is_closed_solid(made.delivery.body()));
+  EXPECT_EQ(genus(made.delivery.body()), 1);
+  // What closes them takes up what was drilled, but for the clearance.
+  std::size_t plugs = 0;
+  for (const Part& part : made.delivery.parts) {
+    if (part.role != Part::Role::plug) continue;
+    ++plugs;
+    EXPECT_TRUE(is_closed_solid(part.mesh));
+    EXPECT_EQ(genus(part.mesh), 0);
+    EXPECT_NEAR(mesh_moments(part.mesh)[M1], kPi * 1.9 * 1.9 * 1.5, 0.1 * kPi * 1.9 * 1.9 * 1.5);
+  }
+  EXPECT_EQ(plugs, 2u);
+}
+
+TEST(Drained, OneHoleJoinsTheCavityToTheOutside) {
+  FloatSpec spec = drained<FloatSpec>(false);
+  spec.print.drains.where = Drains::Where::given;
+  spec.print.drains.points_mm = {{1, 2, 40}};
+  spec.waterline_mm = 22;
+  const HollowResult made = hollow(egg(), spec, as_stl());
+  EXPECT_EQ(genus(made.delivery.body()), 0);
+  const Verdict verdict = verify(made.delivery, &egg(), made.spec);
+  EXPECT_TRUE(verdict.pass()) << ::testing::PrintToString(failed(verdict));
+  ASSERT_EQ(holes_of(verdict).size(), 1u);
+  EXPECT_NEAR(number_of(holes_of(verdict)[0], "diameter_mm"), 4, 1e-5);
+  // At the place of the outside that is nearest to what was asked for.
+  EXPECT_GT(number_of(holes_of(verdict)[0], "z_mm"), 25.5);
+}
+
+TEST(Drained, StaysAboveTheWaterUnlessPlugged) {
+  EXPECT_TRUE(mentions(message_of([] { hollow(egg(), drained<FloatSpec>(false), as_stl()); }, ErrorCode::goal),
+                       {"would stay in the cavities", "--plug", "--print-direction"}));
+  FloatSpec turned = drained<FloatSpec>(false);
+  turned.print.direction = -Eigen::Vector3d::UnitZ();
+  const HollowResult made = hollow(egg(), turned, as_stl());
+  const Verdict verdict = verify(made.delivery, &egg(), made.spec);
+  EXPECT_TRUE(verdict.pass()) << ::testing::PrintToString(failed(verdict));
+  for (const Record& hole : holes_of(verdict))
+    EXPECT_GT(number_of(hole, "z_mm") + 26, *std::get<FloatSpec>(made.spec).waterline_mm + 0.03 * 52);
+  FloatSpec below = drained<FloatSpec>(false);
+  below.print.drains.where = Drains::Where::given;
+  below.print.drains.points_mm = {{0, 0, -30}};
+  EXPECT_TRUE(mentions(message_of([&] { hollow(egg(), below, as_stl()); }, ErrorCode::usage), {"above the waterline", "too low"}));
+}
+
+TEST(Drained, TopsKeepTheirBalance) {
+  SpinSpec spec = drained<SpinSpec>(false);
+  const Mesh top = moved(uv_ellipsoid(30, 30, 18, 40), {0, 0, 18});
+  const HollowResult made = hollow(top, spec, as_stl());
+  EXPECT_LT(made.as_built_error, 1e-6);
+  const Verdict verdict = verify(made.delivery, &top, made.spec);
+  EXPECT_TRUE(verdict.pass()) << ::testing::PrintToString(failed(verdict));
+  EXPECT_LT(value_of(verdict, "offset"), 2e-6);
+  // On the axis, or opposite to another one.
+  for (const Record& hole : holes_of(verdict)) {
+    const Eigen::Vector2d p(number_of(hole, "x_mm"), number_of(hole, "y_mm"));
+    double nearest = p.norm();
+    for (const Record& other : holes_of(verdict))
+      nearest = std::min(nearest, (p + Eigen::Vector2d(number_of(other, "x_mm"), number_of(other, "y_mm"))).norm());
+    EXPECT_LT(nearest, 3);
+  }
+}
+
+TEST(Drained, LeavesTheSupportAsItIs) {
+  const Mesh block = subdivided(box({-25, -15, 0}, {25, 15, 40}), 3);
+  const HollowResult made = hollow(block, drained<StandSpec>(true), as_stl());
+  const Verdict verdict = verify(made.delivery, &block, made.spec);
+  EXPECT_TRUE(verdict.pass()) << ::testing::PrintToString(failed(verdict));
+  for (const Record& hole : holes_of(verdict)) EXPECT_GT(number_of(hole, "z_mm"), 2);
+}
+
+TEST(Drained, ResinThatStaysWeighs) {
+  FloatSpec spec = drained<FloatSpec>(true);
+  spec.print.density_g_cm3 = 1.14;
+  spec.print.liquid_g_cm3 = 1.09;
+  spec.print.direction = Eigen::Vector3d::UnitX();  // a pool in the end of the egg
+  spec.print.drains.where = Drains::Where::given;
+  for (const double x : {-27.0, -25.0}) {
+    spec.print.drains.points_mm = {{x, 0, 13}, {0, 0, 26}};
+    const HollowResult made = hollow(egg(), spec, as_stl());
+    const Verdict verdict = verify(made.delivery, &egg(), made.spec);
+    EXPECT_GT(verdict.trapped_resin_g, 0.2);
+    EXPECT_EQ(failed(verdict), x < -26 ? Names() : Names({"trapped_resin"})) << verdict.trapped_resin_g;
+    // It floats by numbers with it inside.
+    EXPECT_LT(value_of(verdict, "mass_error"), 2e-6);
+    EXPECT_LT(value_of(verdict, "offset"), 2e-6);
+    const double printed_mm3 = mesh_moments(made.delivery.body())[M1] + mesh_moments(made.delivery.mesh_of(Part::Role::plug))[M1];
+    EXPECT_NEAR(verdict.body.mass_g, 1.14e-3 * printed_mm3 + verdict.trapped_resin_g, 1e-6);
+  }
+}
+
+TEST(Drained, RefusesWhatItCannotDo) {
+  FloatSpec spec = drained<FloatSpec>(true);
+  spec.print.drains.where = Drains::Where::given;
+  spec.print.drains.points_mm = {{0, 0, -30}};  // solid below
+  EXPECT_TRUE(mentions(message_of([&] { hollow(egg(), spec, as_stl()); }, ErrorCode::usage),
+                       {"behind it is no cavity", "mm long at most", "--drain"}));
+  spec = drained<FloatSpec>(true);
+  spec.print.infill.percent = 15;
+  spec.print.wall_mm = 2;
+  EXPECT_TRUE(mentions(message_of([&] { hollow(egg(), spec, as_stl()); }, ErrorCode::usage), {"--drain"}));
+  spec = drained<FloatSpec>(true);
+  spec.print.cut.where = Cut::Where::found;
+  EXPECT_TRUE(mentions(message_of([&] { hollow(egg(), spec, as_stl()); }, ErrorCode::usage), {"--cut"}));
+  spec = drained<FloatSpec>(false);
+  spec.submerged_fraction = 1;
+  EXPECT_TRUE(mentions(message_of([&] { hollow(egg(), spec, as_stl()); }, ErrorCode::goal), {"--plug"}));
+}
+
+TEST(Drained, JudgeAllowsHolesAlone) {
+  const HollowResult made = hollow(egg(), drained<FloatSpec>(true), as_stl());
+  const auto judged = [&](const Delivery& delivery, const Spec& spec) { return failed(verify(delivery, &egg(), spec)); };
+  const auto has = [](const Names& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  ASSERT_EQ(judged(made.delivery, made.spec), Names());
+
+  // Wider than asked for, or none asked for.
+  Spec narrow = made.spec;
+  print_of(narrow).drains.diameter_mm = 3.9;
+  EXPECT_TRUE(has(judged(made.delivery, narrow), "outer_unchanged"));
+  Spec none = made.spec;
+  print_of(none).drains = {};
+  EXPECT_TRUE(has(judged(made.delivery, none), "outer_unchanged"));
+
+  // A dent, as deep as a hole but square, and a vertex that was moved.
+  Delivery dented = made.delivery;
+  const std::vector<Mesh> cut = {dented.parts[0].mesh, box({-3, 21.5, -3}, {3, 23, 3})};
+  dented.parts[0].mesh = combined(cut, {BooleanOperation::subtract}).mesh;
+  EXPECT_TRUE(has(judged(dented, made.spec), "outer_unchanged"));
+  Delivery moved_vertex = made.delivery;
+  for (auto& v : moved_vertex.parts[0].mesh.vertices)
+    if (v.y() < -21.99) v.y() -= 0.01;
+  EXPECT_TRUE(has(judged(moved_vertex, made.spec), "outer_unchanged"));
+
+  // Plugs that are missing, or not in their places.
+  Delivery unplugged = made.delivery;
+  unplugged.parts.pop_back();
+  EXPECT_TRUE(has(judged(unplugged, made.spec), "plugged"));
+  Delivery beside = made.delivery;
+  for (auto& v : beside.parts.back().mesh.vertices) v += Eigen::Vector3d(0.09, 0, 0);
+  EXPECT_TRUE(has(judged(beside, made.spec), "plug_clearance"));
+  Delivery out = made.delivery;
+  for (Part& part : out.parts)
+    if (part.role == Part::Role::plug) {
+      const Moments s = mesh_moments(part.mesh);
+      const Eigen::Vector3d outward = (s.segment<3>(MX) / s[M1]).normalized();
+      for (auto& v : part.mesh.vertices) v += 0.5 * outward;
+    }
+  EXPECT_TRUE(has(judged(out, made.spec), "plugs_flush"));
+  EXPECT_TRUE(mentions(message_of([&] { verify(made.delivery, nullptr, made.spec); }, ErrorCode::usage), {"--original"}));
+}
+
+TEST(Drained, FilesHoldThePlugsInTheirPlaces) {
+  const HollowResult made = hollow(egg(), drained<FloatSpec>(true), coarse(40));
+  const std::filesystem::path path = own_file("plugs.3mf");
+  write_delivery(path, made.delivery);
+  const MeshFile file = read_mesh(path);
+  std::filesystem::remove(path);
+  EXPECT_EQ(mesh_moments(file.mesh), mesh_moments(made.delivery.body()));
+  ASSERT_EQ(file.modifiers.size(), 2u);
+  double right = bounding_box(file.mesh).max().x();
+  for (std::size_t n = 0; n < 2; ++n) {
+    const Part& read = file.modifiers[n];
+    const Part& written = made.delivery.parts[made.delivery.parts.size() - 2 + n];
+    EXPECT_EQ(read.role, Part::Role::plug);
+    EXPECT_EQ(mesh_moments(read.mesh), mesh_moments(written.mesh));
+    // Printed beside the body, on its level.
+    const Eigen::AlignedBox3d bed = bounding_box(transformed(read.mesh, read.to_bed));
+    EXPECT_GT(bed.min().x(), right);
+    EXPECT_NEAR(bed.min().z(), bounding_box(file.mesh).min().z(), 1e-9);
+    right = bed.max().x();
+  }
+}
+
+}  // namespace
+}  // namespace rayrep::test
