@@ -11,6 +11,7 @@
 #include "io/mesh_io_detail.h"
 #include "io/subtract.h"
 #include "rayrep/base/error.h"
+#include "rayrep/mesh/assembly.h"
 
 namespace rayrep::detail {
 namespace {
@@ -118,7 +119,9 @@ struct Object {
   std::string type;
   std::optional<SparseInfill> infill;  ///< of a sparse region, by its name
   std::string not_only_triangles;      ///< what else its shape is made of
-  Mesh mesh;                           ///< in units of the file
+  std::string name;
+  std::string part_number;
+  Mesh mesh;  ///< in units of the file
   std::vector<Reference> components;
 };
 
@@ -162,6 +165,10 @@ constexpr InfillKeys kBambuKeys = {
 
 /// What names of sparse regions begin with, before percentage and pattern.
 constexpr const char* kSparseName = "rayrep sparse infill % ";
+
+// Part numbers that tell what is a piece of a body, and what is put into it, before its density.
+constexpr const char* kPieceNumber = "rayrep piece";
+constexpr const char* kInsertNumber = "rayrep insert ";
 
 /// Of a name that is one of those; else none.
 std::optional<SparseInfill> infill_named(std::string_view name) {
@@ -218,11 +225,15 @@ public:
     read_bambu_marks(kBambuConfig);
     const ModelPart& root = part(root_);
     result_.mm_per_unit = root.mm_per_unit;
-    for (const Reference& item : root.items) append_item(item);
+    const bool whole = take_pieces(root);
+    if (!whole)
+      for (const Reference& item : root.items) append_item(item);
     if (root.items.empty())
       fail_read(file_, "",
                 "the build section of the 3MF file places no object. Put an object on the build plate and export again.");
-    if (root.items.size() > 1)
+    if (whole)
+      result_.notes.push_back(concat("Its ", root.items.size(), " pieces are taken as they are when put together."));
+    else if (root.items.size() > 1)
       result_.notes.push_back(concat("The ", root.items.size(), " objects on the build plate were joined into one mesh."));
     if (root.not_printable > 0)
       result_.notes.push_back(plural(root.not_printable, "object", "objects") + " marked as not printable left out.");
@@ -342,6 +353,8 @@ private:
     budget_.take(sizeof(Object));
     object.type = attribute(node, "type");
     object.infill = infill_named(attribute(node, "name"));
+    object.name = attribute(node, "name");
+    object.part_number = attribute(node, "partnumber");
     if (!attribute(node, "slicestackid").empty()) object.not_only_triangles = "slices";
     for (const auto& content : node.children()) {
       const std::string_view name = local_name(content.name());
@@ -401,6 +414,40 @@ private:
       }
     if (!text.empty()) fail_read(file_, where, "its transform holds more than twelve numbers. Export the model again.");
     return result;
+  }
+
+  /// Where all that is built are pieces of a body: they, what is put into it, and what it is together. @returns whether they are
+  bool take_pieces(const ModelPart& root) {
+    const auto object_of = [&root](const Reference& item) {
+      const auto found = root.objects.find(item.id);
+      return found == root.objects.end() ? nullptr : &found->second;
+    };
+    const bool all = std::all_of(root.items.begin(), root.items.end(), [&](const Reference& item) {
+      const Object* object = object_of(item);
+      return object && object->part_number == kPieceNumber && object->components.empty() && object->not_only_triangles.empty();
+    });
+    if (root.items.empty() || !all) return false;
+    Mesh together;
+    for (const Reference& item : root.items) {
+      Part& piece = result_.pieces.emplace_back();
+      piece.name = object_of(item)->name;
+      piece.to_bed = item.transform;
+      append_mesh(object_of(item)->mesh, Eigen::Affine3d::Identity(), named(item.id), piece.mesh);
+      append(together, piece.mesh);
+    }
+    result_.mesh = glued(together);
+    for (const auto& [id, object] : root.objects) take_insert(object, named(id));
+    return true;
+  }
+
+  void take_insert(const Object& object, const std::string& where) {
+    double density = 0;
+    if (!object.part_number.starts_with(kInsertNumber)) return;
+    if (!parse_number(std::string_view(object.part_number).substr(std::string_view(kInsertNumber).size()), density)) return;
+    Part& insert = result_.inserts.emplace_back();
+    insert.role = Part::Role::insert;
+    insert.density_g_cm3 = density;
+    append_mesh(object.mesh, Eigen::Affine3d::Identity(), where, insert.mesh);
   }
 
   void append_item(const Reference& item) {
@@ -640,10 +687,18 @@ struct Volume {
   const SparseInfill* infill = nullptr;
 };
 
-/// Volumes as the one mesh of an object. @param name  none if empty
-void append_object(std::string& xml, std::size_t id, std::span<const Volume> volumes, const std::string& name) {
-  xml += concat("  <object id=\"", id, "\" type=\"model\"", name.empty() ? "" : concat(" name=\"", name, "\""),
-                ">\n   <mesh>\n    <vertices>\n");
+/// What is said of an object besides its mesh: nothing of what is empty.
+struct ObjectWords {
+  std::string name;
+  std::string part_number = {};
+  std::string type = "model";
+};
+
+/// Volumes as the one mesh of an object.
+void append_object(std::string& xml, std::size_t id, std::span<const Volume> volumes, const ObjectWords& words) {
+  xml +=
+      concat("  <object id=\"", id, "\" type=\"", words.type, "\"", words.name.empty() ? "" : concat(" name=\"", words.name, "\""),
+             words.part_number.empty() ? "" : concat(" partnumber=\"", words.part_number, "\""), ">\n   <mesh>\n    <vertices>\n");
   for (const Volume& volume : volumes)
     for (const auto& p : volume.mesh->vertices) {
       append_number(xml += "     <vertex x=\"", p.x());
@@ -679,25 +734,62 @@ enum class Layout {
   named,       ///< likewise, by their names
 };
 
-std::string model_xml(std::span<const Volume> volumes, Layout layout) {
-  std::string xml = R"(<?xml version="1.0" encoding="UTF-8"?>
+constexpr const char* kModelStart = R"(<?xml version="1.0" encoding="UTF-8"?>
 <model unit="millimeter" xml:lang="en-US" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02" xmlns:slic3rpe="http://schemas.slic3r.org/3mf/2017/06">
  <metadata name="slic3rpe:Version3mf">1</metadata>
  <metadata name="Application">rayrep</metadata>
  <resources>
 )";
+
+std::string model_xml(std::span<const Volume> volumes, Layout layout) {
+  std::string xml = kModelStart;
   std::size_t id = 1;
   if (layout != Layout::one_object) {
     std::string components;
     for (const Volume& volume : volumes) {
       components += concat("    <component objectid=\"", id, "\"/>\n");
-      append_object(xml, id++, {&volume, 1}, layout == Layout::named ? volume_name(volume) : "");
+      append_object(xml, id++, {&volume, 1}, {layout == Layout::named ? volume_name(volume) : ""});
     }
     xml += concat("  <object id=\"", id, "\" type=\"model\">\n   <components>\n", components, "   </components>\n  </object>\n");
   } else {
-    append_object(xml, id, volumes, "");
+    append_object(xml, id, volumes, {""});
   }
   return xml += concat(" </resources>\n <build>\n  <item objectid=\"", id, "\"/>\n </build>\n</model>\n");
+}
+
+/// As 3MF has it: the images of the axes and of the origin.
+std::string transform_text(const Eigen::Affine3d& transform) {
+  std::string text;
+  for (int row = 0; row < 4; ++row)
+    for (int column = 0; column < 3; ++column) append_number(text += text.empty() ? "" : " ", transform.matrix()(column, row));
+  return text;
+}
+
+std::vector<const Part*> parts_in(const Delivery& delivery, Part::Role role) {
+  std::vector<const Part*> all;
+  for (const Part& part : delivery.parts)
+    if (part.role == role) all.push_back(&part);
+  return all;
+}
+
+/// Pieces as objects in the places that they have in the whole, each with the way to its place on the bed; after them what is put
+/// in, which is not built.
+std::string pieces_xml(const Delivery& delivery) {
+  std::string xml = kModelStart;
+  std::string items;
+  std::size_t id = 1;
+  for (const Part* piece : parts_in(delivery, Part::Role::body)) {
+    const Volume volume{&piece->mesh};
+    items += concat("  <item objectid=\"", id, "\" transform=\"", transform_text(piece->to_bed), "\"/>\n");
+    append_object(xml, id++, {&volume, 1}, {piece->name, kPieceNumber});
+  }
+  for (const Part* insert : parts_in(delivery, Part::Role::insert)) {
+    const Volume volume{&insert->mesh};
+    std::string number = kInsertNumber;
+    append_number(number, insert->density_g_cm3);
+    append_object(xml, id++, {&volume, 1}, {"not printed", number, "other"});
+  }
+  return xml += concat(" </resources>\n <build>\n", items, " </build>\n</model>\n");
 }
 
 /// The settings of a volume, a line each that begins with `start`.
@@ -717,15 +809,14 @@ std::string infill_settings(const std::string& start, const SparseInfill* infill
 
 /// PrusaSlicer's own part: without 100 % infill the user's profile makes a hollow body heavier than a solid one, and automatic
 /// supports fill its cavity unless they must start on the build plate.
-std::string prusa_config_xml(std::span<const Volume> volumes) {
-  std::string xml = R"(<?xml version="1.0" encoding="UTF-8"?>
-<config>
- <object id="1" instances_count="1">
-  <metadata type="object" key="name" value="body"/>
+std::string prusa_object_xml(std::size_t id, std::string_view name, std::span<const Volume> volumes) {
+  std::string xml =
+      concat(" <object id=\"", id, "\" instances_count=\"1\">\n  <metadata type=\"object\" key=\"name\" value=\"", name,
+             R"("/>
   <metadata type="object" key="fill_density" value="100%"/>
   <metadata type="object" key="fill_pattern" value="rectilinear"/>
   <metadata type="object" key="support_material_buildplate_only" value="1"/>
-)";
+)");
   const std::string start = "   <metadata type=\"volume\" ";
   std::size_t first = 0;
   for (const Volume& volume : volumes) {
@@ -739,29 +830,28 @@ std::string prusa_config_xml(std::span<const Volume> volumes) {
                   infill_settings(start, volume.infill, kPrusaKeys), "  </volume>\n");
     first = next;
   }
-  return xml += " </object>\n</config>\n";
+  return xml += " </object>\n";
 }
 
-/// The same for Bambu Studio and OrcaSlicer.
-std::string bambu_config_xml(std::span<const Volume> volumes, bool gathered) {
-  std::string xml = concat(R"(<?xml version="1.0" encoding="UTF-8"?>
-<config>
- <object id=")",
-                           gathered ? volumes.size() + 1 : 1, R"(">
-  <metadata key="name" value="body"/>
+/// The same for Bambu Studio and OrcaSlicer. @param id  of the first part
+std::string bambu_object_xml(std::size_t object, std::size_t id, std::string_view name, std::span<const Volume> volumes) {
+  std::string xml = concat(" <object id=\"", object, "\">\n  <metadata key=\"name\" value=\"", name, R"("/>
   <metadata key="sparse_infill_density" value="100%"/>
   <metadata key="support_on_build_plate_only" value="1"/>
 )");
   const std::string start = "   <metadata ";
-  std::size_t id = 0;
   for (const Volume& volume : volumes) {
     const bool sparse = volume.infill != nullptr;
-    xml += concat("  <part id=\"", ++id, "\" subtype=\"", sparse ? "modifier_part" : "normal_part", "\">\n",  //
+    xml += concat("  <part id=\"", id++, "\" subtype=\"", sparse ? "modifier_part" : "normal_part", "\">\n",  //
                   start, "key=\"name\" value=\"", sparse ? "sparse" : "body", "\"/>\n",                       //
                   start, "key=\"matrix\" value=\"1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\"/>\n",                      //
                   infill_settings(start, volume.infill, kBambuKeys), "  </part>\n");
   }
-  return xml += " </object>\n</config>\n";
+  return xml += " </object>\n";
+}
+
+std::string config_xml(const std::string& objects) {
+  return concat("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<config>\n", objects, "</config>\n");
 }
 
 /// Where PrusaSlicer pauses the print.
@@ -784,15 +874,38 @@ std::string encode_3mf(const Mesh& mesh, const std::string& thumbnail_png) {
   const Volume body{&mesh};
   std::vector<ArchivePart> entries = first_parts(!thumbnail_png.empty());
   entries.push_back({kDefaultModel, model_xml({&body, 1}, Layout::one_object)});
-  entries.push_back({kPrusaConfig, prusa_config_xml({&body, 1})});
-  entries.push_back({kBambuConfig, bambu_config_xml({&body, 1}, false)});
+  entries.push_back({kPrusaConfig, config_xml(prusa_object_xml(1, "body", {&body, 1}))});
+  entries.push_back({kBambuConfig, config_xml(bambu_object_xml(1, 1, "body", {&body, 1}))});
   if (!thumbnail_png.empty()) entries.push_back({kThumbnail, thumbnail_png});
   return pack(entries);
 }
 
 std::string encode_3mf(const Mesh& mesh) { return encode_3mf(mesh, std::string()); }
 
+namespace {
+
+std::string encode_pieces(const Delivery& delivery) {
+  std::vector<ArchivePart> entries = first_parts(!delivery.thumbnail_png.empty());
+  entries.push_back({kDefaultModel, pieces_xml(delivery)});
+  std::string prusa;
+  std::string bambu;
+  std::size_t id = 1;
+  for (const Part* piece : parts_in(delivery, Part::Role::body)) {
+    const Volume volume{&piece->mesh};
+    prusa += prusa_object_xml(id, piece->name, {&volume, 1});
+    bambu += bambu_object_xml(id, id, piece->name, {&volume, 1});
+    ++id;
+  }
+  entries.push_back({kPrusaConfig, config_xml(prusa)});
+  entries.push_back({kBambuConfig, config_xml(bambu)});
+  if (!delivery.thumbnail_png.empty()) entries.push_back({kThumbnail, delivery.thumbnail_png});
+  return pack(entries);
+}
+
+}  // namespace
+
 std::string encode_3mf(const Delivery& delivery, ThreeMfFlavor flavor) {
+  if (in_pieces(delivery)) return encode_pieces(delivery);
   const Mesh body = delivery.body();
   std::vector<Volume> volumes = {{&body}};
   for (const Part& part : delivery.parts)
@@ -801,8 +914,9 @@ std::string encode_3mf(const Delivery& delivery, ThreeMfFlavor flavor) {
   const Layout layout = prusa ? Layout::one_object : flavor == ThreeMfFlavor::bambu ? Layout::components : Layout::named;
   std::vector<ArchivePart> entries = first_parts(!delivery.thumbnail_png.empty());
   entries.push_back({kDefaultModel, model_xml(volumes, layout)});
-  if (prusa) entries.push_back({kPrusaConfig, prusa_config_xml(volumes)});
-  if (layout == Layout::components) entries.push_back({kBambuConfig, bambu_config_xml(volumes, true)});
+  if (prusa) entries.push_back({kPrusaConfig, config_xml(prusa_object_xml(1, "body", volumes))});
+  if (layout == Layout::components)
+    entries.push_back({kBambuConfig, config_xml(bambu_object_xml(volumes.size() + 1, 1, "body", volumes))});
   if (prusa && !delivery.pauses_mm.empty()) entries.push_back({kPrusaPauses, prusa_pauses_xml(delivery.pauses_mm)});
   if (!delivery.thumbnail_png.empty()) entries.push_back({kThumbnail, delivery.thumbnail_png});
   return pack(entries);

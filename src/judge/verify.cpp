@@ -15,9 +15,11 @@
 #include "base/text.h"
 #include "judge/figures.h"
 #include "judge/inserts.h"
+#include "judge/pieces.h"
 #include "judge/righting.h"
 #include "judge/verify_detail.h"
 #include "rayrep/base/error.h"
+#include "rayrep/mesh/assembly.h"
 #include "rayrep/mesh/mesh_check.h"
 
 namespace rayrep {
@@ -511,7 +513,7 @@ Verdict verify(const PrintedDelivery& delivered, const Mesh* original, const Spe
   Verdict both;
   const AllowedOutside outside(solid, original, spec, progress);
   const Surface surface = judge_surface(solid, outside.mesh(), progress, both);
-  add_surface_criteria(surface, {original != nullptr, print, limits.wall_ratio}, progress, both);
+  add_surface_criteria(surface, {original != nullptr, print, limits.wall_ratio, outside.tolerance_mm()}, progress, both);
   outside.tell(both);
   if (!Surface::closed(both)) return both;
   const Moments s = delivered.printed + insert_moments(delivered.delivery, print.density_g_cm3);
@@ -529,11 +531,21 @@ Verdict verify(const PrintedDelivery& delivered, const Mesh* original, const Spe
   add(both.criteria, verdict.criteria);
   add(both.meaning, verdict.meaning);
   add(both.notes, verdict.notes);
-  if (delivered.delivery.has_inserts()) judge_inserts(delivered.delivery, surface.mesh, in.hull, progress, both);
+  if (delivered.delivery.has_inserts())
+    judge_inserts(delivered.delivery, surface.mesh, hull_with_axle(in.hull, spec, progress), progress, both);
   return both;
 }
 
 Verdict verify(const Delivery& delivered, const Mesh* original, const Spec& spec, const Limits& limits, const Progress& progress) {
+  if (in_pieces(delivered)) {
+    check_any(spec);
+    const Spec judged = judged_in_pieces(delivered, original, spec);
+    const Mesh whole = merged_mesh(delivered.body());
+    const Moments s = mesh_moments(material_of(whole, unbalanced_edges(whole) == 0, progress));
+    Verdict verdict = verify(PrintedDelivery{delivered, s}, original, judged, limits, progress);
+    judge_pieces(delivered, judged, limits, progress, verdict);
+    return verdict;
+  }
   if (!delivered.has_infill() && !delivered.has_inserts()) return verify(delivered.solid(), original, spec, limits, progress);
   require_size(delivered.solid());
   Verdict verdict = verify(PrintedDelivery{delivered, moments_of(delivered, progress)}, original, spec, limits, progress);

@@ -12,6 +12,7 @@
 
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/mesh_check.h"
+#include "rayrep/physics/axle.h"
 #include "rayrep/report/report.h"
 #include "spec_file.h"
 
@@ -1086,10 +1087,31 @@ void choose_infill(const Given& given, Options& options) {
   if (!given.contains("wall")) print.wall_mm = infill.skin_mm();
 }
 
+/// A yo-yo is made in two halves unless it is to be one piece.
+void choose_axle(const Given& given, Options& options) {
+  SpinSpec* spin = std::get_if<SpinSpec>(&options.spec);
+  if (!spin) return;
+  if (options.command == Command::hollow && spin->yoyo && !given.contains("axle")) spin->axle.kind = Axle::Kind::m4;
+  constexpr double kUsualGap_mm = 4;
+  if (has_axle(spin->axle) && !given.contains("gap")) spin->axle.gap_mm = kUsualGap_mm;
+}
+
+/// @throws Error{usage} for an output that cannot hold pieces
+void require_room_for_pieces(const Options& options, bool halves) {
+  if (can_write_infill(options.output)) return;
+  usage_error("Pieces are told apart in 3MF only: end '" + options.output.string() + "' in .3mf" +
+              (halves ? ", or say --axle none, which makes the yo-yo in one piece." : ", or leave --cut out."));
+}
+
 void choose_output(Options& options) {
   if (options.command != Command::hollow) return;
   const bool sparse = print_of(options.spec).infill.wanted();
-  if (options.output.empty()) options.output = options.input.stem().string() + "_" + options.goal + (sparse ? ".3mf" : ".stl");
+  const SpinSpec* spin = std::get_if<SpinSpec>(&options.spec);
+  const bool halves = spin && has_axle(spin->axle);
+  const bool pieces = halves || print_of(options.spec).cut.wanted();
+  if (options.output.empty())
+    options.output = options.input.stem().string() + "_" + options.goal + (sparse || pieces ? ".3mf" : ".stl");
+  if (pieces) require_room_for_pieces(options, halves);
   if (sparse && !can_write_infill(options.output))
     usage_error("Where to print sparsely is told by a modifier, which only 3MF holds: end '" + options.output.string() +
                 "' in .3mf.");
@@ -1477,6 +1499,7 @@ void take(const Given& given, const Syntax& syntax, const SpecFile* file, Option
   options.density_given = given.contains("density") || given.contains("material");
   check_print(given, options);
   choose_infill(given, options);
+  choose_axle(given, options);
   check_spec(options);
   check_each(options);
   choose_output(options);
