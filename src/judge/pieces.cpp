@@ -214,7 +214,9 @@ Mesh hull_with_axle(const Mesh& hull, const Spec& spec, const Progress& progress
   return combined(all, {}, progress).mesh;
 }
 
-void judge_pieces(const Delivery& delivered, const Spec& spec, const Limits& limits, const Progress& progress, Verdict& verdict) {
+void judge_pieces(const PrintedDelivery& printed, const Spec& spec, const Limits& limits, const Progress& progress,
+                  Verdict& verdict) {
+  const Delivery& delivered = printed.delivery;
   const Mesh whole = delivered.body();
   const double diagonal_mm = bounding_box(whole).diagonal().norm();
   const double rounding_mm = 1e-6 * diagonal_mm;
@@ -229,7 +231,7 @@ void judge_pieces(const Delivery& delivered, const Spec& spec, const Limits& lim
     off_bed_mm = std::max(off_bed_mm, sound ? std::abs(piece.box.min().z()) : kInfinity);
     smallest_area = std::min(smallest_area, piece.bed_area_mm2);
   }
-  const Moments s = mesh_moments(whole);
+  const Moments& s = printed.printed;
   const Moments off = (moments_of_all(pieces) - s).cwiseQuotient(moment_units(std::abs(s[M1]), diagonal_mm));
   auto& criteria = verdict.criteria;
   criteria.push_back(at_most("pieces_closed", "edges of pieces that are open or face the wrong way", static_cast<double>(open), 0));

@@ -27,6 +27,8 @@ Mesh hull_with_axle(const Mesh& hull, const Spec& spec, const Progress& progress
 ///   cavities_opened   cavities that are sealed in a piece: 0, where Print::cut was to find the planes; else a note tells
 ///   wall_at_pins      only with pins: thinnest wall between their holes and cavities, over the wall asked for
 /// the figures `pieces`, and what it comes to.
-void judge_pieces(const Delivery& delivered, const Spec& spec, const Limits& limits, const Progress& progress, Verdict& verdict);
+/// @param printed  with the moments of what the pieces enclose together
+void judge_pieces(const PrintedDelivery& printed, const Spec& spec, const Limits& limits, const Progress& progress,
+                  Verdict& verdict);
 
 }  // namespace rayrep::verify_detail

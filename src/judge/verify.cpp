@@ -542,8 +542,9 @@ Verdict verify(const Delivery& delivered, const Mesh* original, const Spec& spec
     const Spec judged = judged_in_pieces(delivered, original, spec);
     const Mesh whole = merged_mesh(delivered.body());
     const Moments s = mesh_moments(material_of(whole, unbalanced_edges(whole) == 0, progress));
-    Verdict verdict = verify(PrintedDelivery{delivered, s}, original, judged, limits, progress);
-    judge_pieces(delivered, judged, limits, progress, verdict);
+    const PrintedDelivery printed{delivered, s};
+    Verdict verdict = verify(printed, original, judged, limits, progress);
+    judge_pieces(printed, judged, limits, progress, verdict);
     return verdict;
   }
   if (!delivered.has_infill() && !delivered.has_inserts()) return verify(delivered.solid(), original, spec, limits, progress);

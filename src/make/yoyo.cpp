@@ -10,6 +10,7 @@
 #include "rayrep/mesh/assembly.h"
 #include "rayrep/mesh/bodies.h"
 #include "rayrep/mesh/boolean.h"
+#include "rayrep/mesh/mesh_check.h"
 #include "rayrep/mesh/surface_query.h"
 #include "rayrep/physics/axle.h"
 #include "rayrep/physics/core.h"
@@ -37,16 +38,13 @@ void require_room(const Mesh& outer, const AxleFit& axle, const SpinSpec& spec, 
   closed_line_hits(surface, p.head<2>(), hits);
   const std::string what = std::string("The axle, ") + words_of(spec.axle.kind) + " " + number(axle.rod_length_mm, 1) + " mm long" +
                            (axle.across_mm > axle.rod_diameter_mm ? " and " + number(axle.across_mm, 0) + " mm across" : "");
+  const std::string instead = std::string(" Choose ") + (spec.axle.kind == Axle::Kind::m4 ? "" : "a thinner one (--axle m4), ") +
+                              "a smaller gap (--gap), another centre (--center) or a larger body (--size)." + kInOnePiece;
   if (!(gap_mm > 0) || winding_below(hits, p.z()) <= 0)
-    throw Error(ErrorCode::goal, what +
-                                     ", has no room in the body: it comes out of it. Choose a thinner one (--axle m4), a "
-                                     "smaller gap (--gap) or a larger body (--size)." +
-                                     kInOnePiece);
+    throw Error(ErrorCode::goal, what + ", has no room in the body: it comes out of it." + instead);
   if (gap_mm < spec.print.wall_mm)
     throw Error(ErrorCode::goal, what + ", comes within " + number(gap_mm, 2) + " mm of the surface, less than the wall of " +
-                                     number(spec.print.wall_mm, 2) +
-                                     " mm. Choose a thinner one (--axle m4), a smaller gap (--gap) or a larger body (--size)." +
-                                     kInOnePiece);
+                                     number(spec.print.wall_mm, 2) + " mm." + instead);
 }
 
 /// Hands everything on, and takes what was made apart.
@@ -89,7 +87,7 @@ private:
 
 Mesh outside_of_halves(const Mesh& outer, const SpinSpec& spec, const Progress& progress) {
   const AxleFit axle = fitted(spec, reach_mm(outer, *spec.centre_mm));
-  require_room(outer, axle, spec, progress);
+  require_room(boundary_of_union(outer, progress), axle, spec, progress);
   std::vector<Mesh> operands = {outer};
   operands.insert(operands.end(), axle.taken.begin(), axle.taken.end());
   Mesh mesh = combined(operands, {.operation = BooleanOperation::subtract}, progress).mesh;

@@ -46,6 +46,17 @@ Mesh chosen_triangles(const Mesh& mesh, const std::vector<char>& chosen) {
   return result;
 }
 
+/// Vertices merged, without triangles that have shrunk to a line by it: a cut through triangles of no area leaves such.
+Mesh tidied(const Mesh& mesh) {
+  const Mesh merged = with_merged_vertices(mesh);
+  std::vector<char> kept(merged.triangles.size(), 1);
+  for (std::size_t t = 0; t < kept.size(); ++t) {
+    const Eigen::Vector3i& v = merged.triangles[t];
+    kept[t] = v[0] != v[1] && v[1] != v[2] && v[2] != v[0];
+  }
+  return chosen_triangles(merged, kept);
+}
+
 /// Cuts the triangles of a mesh at a plane, edge by edge. What lies in the plane counts as above it.
 class Splitter {
 public:
@@ -67,7 +78,7 @@ public:
     cap(progress);
     // Where the surface lies in the plane and material below it, nothing is left above but two sheets on each other.
     const bool flaps = std::find(height_.begin(), height_.end(), 0.0) != height_.end();
-    return {flaps ? glued(above_.mesh) : std::move(above_.mesh), std::move(below_.mesh)};
+    return {flaps ? glued(above_.mesh) : tidied(above_.mesh), tidied(below_.mesh)};
   }
 
 private:
@@ -157,7 +168,7 @@ bool in_pieces(const Delivery& delivery) {
 }
 
 Mesh glued(const Mesh& mesh) {
-  const Mesh merged = with_merged_vertices(mesh);
+  const Mesh merged = tidied(mesh);
   std::vector<Facing> all;
   all.reserve(merged.triangles.size());
   for (std::size_t t = 0; t < merged.triangles.size(); ++t) all.push_back(facing(merged.triangles[t], t));
