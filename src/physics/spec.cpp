@@ -735,11 +735,10 @@ Settings settings(Print& print, For purpose) {
        .words = "in pieces that lie on their cuts: auto, or z=10, 'z=10;x=0'",
        .details =
            "auto: as few planes as open every cavity (one for up to three), with little overhang in the pieces lying on their "
-           "cuts, "
-           "a short seam and room for pins. Planes that are given are directions with an offset in mm, ; between them. All are "
-           "moved by up to 0.02 mm to pass no vertex. Where there is room both sides of a cut have up to three holes for pins, "
-           "the filament's own unless --pin-diameter says otherwise; they count, with the air around them. Writes 3MF: pieces lie "
-           "on the bed side by side, and verify sees them put together.",
+           "cuts, a short seam and room for pins. Planes that are given are directions with an offset in mm, ; between them. All "
+           "are moved by up to 0.02 mm to pass no vertex. Where there is room both sides of a cut have up to three holes for "
+           "pins, the filament's own unless --pin-diameter says otherwise; they count, with the air around them. Writes 3MF: "
+           "pieces lie on the bed side by side, and verify sees them put together.",
        .place = cut_place(print.cut),
        .applies = For::making},
       {.name = "pin-diameter",
@@ -802,6 +801,35 @@ Settings settings(FloatSpec& spec, For purpose) {
       purpose);
 }
 
+static Setting centre_row(std::optional<Eigen::Vector3d>& centre_mm) {
+  return {.name = "center",
+          .value = "X,Y,Z",
+          .words = "of a yo-yo (default: middle of the bounding box)",
+          .details = "",
+          .place = point_place("center", centre_mm, "auto")};
+}
+
+static Setting axle_row(Axle& axle) {
+  return {.name = "axle",
+          .value = "NAME",
+          .words = "of a yo-yo in two halves: m4, 8mm, bearing-608; none: one piece",
+          .details =
+              "What the halves are put together with: a rod of steel of 4 or 8 mm that reaches two diameters into each, in blind "
+              "holes 0.1 mm wider all around, or an 8 mm rod in a 608 bearing (22 x 7 mm, 12 g) that sits in both. Its steel (7.85 "
+              "g/cm3) counts. The rod's length is told: pushed home it keeps the gap. spin --yoyo takes m4 unless told; for verify "
+              "what is not told is none.",
+          .place = choice("axle", axle.kind, kAxles)};
+}
+
+static Setting gap_row(Axle& axle) {
+  return {.name = "gap",
+          .value = "MM",
+          .words = "between the halves, for the string (default 4)",
+          .details = "",
+          .place = &axle.gap_mm,
+          .range = {.lo = 0, .hi = 1000, .open = false}};
+}
+
 static constexpr std::array<const char*, 2> kSpinObjectives = {"rayreps", "spinit"};
 
 Settings settings(SpinSpec& spec, For purpose) {
@@ -825,26 +853,9 @@ Settings settings(SpinSpec& spec, For purpose) {
         .details = "No tip and no gravity. For verify it is a --goal.",
         .place = &spec.yoyo,
         .applies = For::making},
-       {.name = "center",
-        .value = "X,Y,Z",
-        .words = "of a yo-yo (default: middle of the bounding box)",
-        .details = "",
-        .place = point_place("center", spec.centre_mm, "auto")},
-       {.name = "axle",
-        .value = "NAME",
-        .words = "of a yo-yo in two halves: m4, 8mm, bearing-608; none: one piece",
-        .details =
-            "What the halves are put together with: a rod of steel of 4 or 8 mm that reaches two diameters into each, in blind "
-            "holes 0.1 mm wider all around, or an 8 mm rod in a 608 bearing (22 x 7 mm, 12 g) that sits in both. Its steel (7.85 "
-            "g/cm3) counts. The rod's length is told: pushed home it keeps the gap. spin --yoyo takes m4 unless told; for verify "
-            "what is not told is none.",
-        .place = choice("axle", spec.axle.kind, kAxles)},
-       {.name = "gap",
-        .value = "MM",
-        .words = "between the halves, for the string (default 4)",
-        .details = "",
-        .place = &spec.axle.gap_mm,
-        .range = {.lo = 0, .hi = 1000, .open = false}},
+       centre_row(spec.centre_mm),
+       axle_row(spec.axle),
+       gap_row(spec.axle),
        {.name = "prefer",
         .value = "AXIS",
         .words = "largest or smallest principal moment",

@@ -1097,21 +1097,18 @@ void choose_axle(const Given& given, Options& options) {
 }
 
 /// @throws Error{usage} for an output that cannot hold pieces
-void require_room_for_pieces(const Options& options, bool halves) {
-  if (can_write_infill(options.output)) return;
-  usage_error("Pieces are told apart in 3MF only: end '" + options.output.string() + "' in .3mf" +
-              (halves ? ", or say --axle none, which makes the yo-yo in one piece." : ", or leave --cut out."));
+void require_room_for_pieces(const Options& options) {
+  if (!makes_pieces(options) || can_write_infill(options.output)) return;
+  usage_error("Pieces are told apart in 3MF only: end '" + options.output.string() + "' in .3mf, or " +
+              (print_of(options.spec).cut.wanted() ? "leave --cut out." : "say --axle none, which makes the yo-yo in one piece."));
 }
 
 void choose_output(Options& options) {
   if (options.command != Command::hollow) return;
   const bool sparse = print_of(options.spec).infill.wanted();
-  const SpinSpec* spin = std::get_if<SpinSpec>(&options.spec);
-  const bool halves = spin && has_axle(spin->axle);
-  const bool pieces = halves || print_of(options.spec).cut.wanted();
   if (options.output.empty())
-    options.output = options.input.stem().string() + "_" + options.goal + (sparse || pieces ? ".3mf" : ".stl");
-  if (pieces) require_room_for_pieces(options, halves);
+    options.output = options.input.stem().string() + "_" + options.goal + (sparse || makes_pieces(options) ? ".3mf" : ".stl");
+  require_room_for_pieces(options);
   if (sparse && !can_write_infill(options.output))
     usage_error("Where to print sparsely is told by a modifier, which only 3MF holds: end '" + options.output.string() +
                 "' in .3mf.");
@@ -1316,6 +1313,11 @@ std::vector<Options> defaults_of_all_goals(const Syntax& syntax) {
     all.back().spec = goal.spec;
   }
   return all;
+}
+
+bool makes_pieces(const Options& options) {
+  const SpinSpec* spin = std::get_if<SpinSpec>(&options.spec);
+  return print_of(options.spec).cut.wanted() || (spin && has_axle(spin->axle));
 }
 
 std::string ending_of(const std::filesystem::path& path) {
