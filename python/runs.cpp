@@ -36,14 +36,19 @@ double peak_memory_mb() {
 struct Input {
   CheckedMesh checked;
   std::vector<Part> modifiers = {};
+  std::vector<Part> pieces = {};
+  std::vector<Part> inserts = {};
   InputSummary summary = {};
 };
 
 void scale(Input& input, double factor) {
   if (factor == 1) return;
   for (auto& v : input.checked.mesh.vertices) v *= factor;
-  for (Part& part : input.modifiers)
-    for (auto& v : part.mesh.vertices) v *= factor;
+  for (std::vector<Part>* parts : {&input.modifiers, &input.pieces, &input.inserts})
+    for (Part& part : *parts) {
+      for (auto& v : part.mesh.vertices) v *= factor;
+      part.to_bed.translation() *= factor;
+    }
 }
 
 /// Brings it to --unit and --size.
@@ -85,7 +90,10 @@ Input read(const std::filesystem::path& path, const Options& options, CheckOptio
   progress.begin("read");
   MeshFile file = read_mesh(path, {.memory_bytes = options.memory_bytes});
   progress.begin("check");
-  Input input{.checked = check_mesh(file.mesh, check, progress), .modifiers = std::move(file.modifiers)};
+  Input input{.checked = check_mesh(file.mesh, check, progress),
+              .modifiers = std::move(file.modifiers),
+              .pieces = std::move(file.pieces),
+              .inserts = std::move(file.inserts)};
   const bool own_unit = file.format == "3MF";  // applied by the reader
   InputSummary& summary = input.summary;
   summary.path = path.string();
@@ -197,7 +205,7 @@ Delivery read_back(const Options& options, const Outcome& outcome, RunReport& re
   Delivery judged = tool::delivery_of(read_mesh(path, kAnySize), print_of(report.hollow->spec).infill.percent_laid_down);
   Part made{{}, Part::Role::insert, options.insert_density()};
   for (const Part& part : outcome.made.parts) {
-    if (part.role != Part::Role::insert) continue;
+    if (part.role != Part::Role::insert || in_pieces(outcome.made)) continue;
     if (given_inserts > 0) {
       --given_inserts;
       judged.parts.push_back(part);
@@ -399,7 +407,7 @@ Outcome verify(const Words& words, const Given& given, const Progress& progress)
     as_written.size_mm.reset();
   }
   Input input = input_for(given.body, options.input, as_written, kChecksToJudge, progress);
-  if (input.checked.report.usable) refuse_loose_bodies(options, input, progress);
+  if (input.checked.report.usable && input.pieces.empty()) refuse_loose_bodies(options, input, progress);
   std::optional<Input> original;
   if (has_original) {
     original = input_for(given.original, options.original, options, kChecksToJudge, progress);
@@ -411,7 +419,12 @@ Outcome verify(const Words& words, const Given& given, const Progress& progress)
   if (original) outcome.given = original->checked.mesh;
   progress.begin("verify");
   try {
-    outcome.judged = tool::delivery_of({.mesh = input.checked.mesh, .format = "", .notes = {}, .modifiers = input.modifiers},
+    outcome.judged = tool::delivery_of({.mesh = input.checked.mesh,
+                                        .format = "",
+                                        .notes = {},
+                                        .modifiers = input.modifiers,
+                                        .pieces = input.pieces,
+                                        .inserts = input.inserts},
                                        print_of(options.spec).infill.percent_laid_down);
     for (Part& part : fixed_parts(options, given, progress)) outcome.judged.parts.push_back(std::move(part));
     if (!options.plugs.empty())

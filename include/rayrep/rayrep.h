@@ -22,6 +22,7 @@
 #include "rayrep/mesh/boolean.h"             // union, intersection, difference of meshes
 #include "rayrep/mesh/bodies.h"              // which parts of a mesh hang together
 #include "rayrep/mesh/delivery.h"            // what is made: meshes with their roles
+#include "rayrep/mesh/assembly.h"            // a body in pieces, and put together
 
 #include "rayrep/io/mesh_io.h"               // STL, OBJ, PLY, OFF, 3MF
 #include "rayrep/io/printed.h"               // what leaves a printer: G-code
@@ -31,6 +32,7 @@
 #include "rayrep/physics/bead.h"             // moments of what a nozzle lays down
 #include "rayrep/physics/core.h"             // heavy cores, balls, and what is fixed in a body
 #include "rayrep/physics/cut.h"              // into pieces that are printed by themselves; axles
+#include "rayrep/physics/axle.h"             // what the axle of a yo-yo comes to
 #include "rayrep/physics/drains.h"           // holes by which cavities give up what is left in them
 #include "rayrep/physics/infill.h"           // what a slicer lays down where it is told to print sparsely
 #include "rayrep/physics/inertial.h"         // the ten numbers of a rigid body, as URDF and MJCF

@@ -10,6 +10,7 @@
 #include "io/descriptor.h"
 #include "io/mesh_io_detail.h"
 #include "rayrep/base/error.h"
+#include "rayrep/mesh/assembly.h"
 
 // The readers are our own because those of assimp 5.2.5 are measured to fall short on ../shared/meshes (33 files that are not
 // 3MF): its counts agree, but its vertices are float32, which moves volumes of text files by up to 1e-7 and would break the
@@ -144,8 +145,11 @@ MeshFile detail::read_mesh_bytes(const FileBytes& file, const ReadOptions& optio
   if (!format->has_unit) result.mm_per_unit = millimetres(options.unit);
   if (result.mm_per_unit != 1) {
     for (auto& vertex : result.mesh.vertices) vertex *= result.mm_per_unit;
-    for (Part& part : result.modifiers)
-      for (auto& vertex : part.mesh.vertices) vertex *= result.mm_per_unit;
+    for (std::vector<Part>* parts : {&result.modifiers, &result.pieces, &result.inserts})
+      for (Part& part : *parts) {
+        for (auto& vertex : part.mesh.vertices) vertex *= result.mm_per_unit;
+        part.to_bed.translation() *= result.mm_per_unit;
+      }
   }
   return result;
 }
@@ -209,6 +213,10 @@ std::string detail::encode_mesh(const fs::path& path, const Mesh& mesh) { return
 std::string detail::encode_delivery(const fs::path& path, const Delivery& delivery, ThreeMfFlavor flavor) {
   const Mesh solid = delivery.solid();
   const Format& format = format_for(path, solid);
+  if (in_pieces(delivery)) {
+    if (can_write_infill(path)) return encode_3mf(delivery, flavor);
+    throw Error(ErrorCode::usage, concat("Cannot write '", path.string(), "': pieces are told apart in 3MF only. End it in .3mf."));
+  }
   const bool plugged = !delivery.mesh_of(Part::Role::plug).triangles.empty();
   const bool says_more = delivery.has_infill() || !delivery.pauses_mm.empty() || plugged;
   if (!says_more && can_write_infill(path)) return encode_3mf(solid, delivery.thumbnail_png);

@@ -11,6 +11,7 @@
 #include "io/mesh_io_detail.h"
 #include "io/subtract.h"
 #include "rayrep/base/error.h"
+#include "rayrep/mesh/assembly.h"
 
 namespace rayrep::detail {
 namespace {
@@ -118,8 +119,9 @@ struct Object {
   std::string type;
   std::optional<SparseInfill> infill;  ///< of a sparse region, by its name
   std::string not_only_triangles;      ///< what else its shape is made of
-  bool plug = false;                   ///< closes a hole of another one
-  Mesh mesh;                           ///< in units of the file
+  std::string name;
+  std::string part_number;
+  Mesh mesh;  ///< in units of the file
   std::vector<Reference> components;
 };
 
@@ -166,6 +168,9 @@ constexpr const char* kSparseName = "rayrep sparse infill % ";
 
 /// The part number of what closes a hole: its triangles are where it is in the body, whatever its place on the bed.
 constexpr const char* kPlugNumber = "rayrep plug";
+// Part numbers that tell what is a piece of a body, and what is put into it, before its density.
+constexpr const char* kPieceNumber = "rayrep piece";
+constexpr const char* kInsertNumber = "rayrep insert ";
 
 /// Of a name that is one of those; else none.
 std::optional<SparseInfill> infill_named(std::string_view name) {
@@ -222,16 +227,21 @@ public:
     read_bambu_marks(kBambuConfig);
     const ModelPart& root = part(root_);
     result_.mm_per_unit = root.mm_per_unit;
+    const bool whole = take_pieces(root);
     std::size_t plugs = 0;
-    for (const Reference& item : root.items)
-      if (take_plug(root, item))
-        ++plugs;
-      else
-        append_item(item);
+    if (!whole)
+      for (const Reference& item : root.items) {
+        if (take_plug(root, item))
+          ++plugs;
+        else
+          append_item(item);
+      }
     if (root.items.empty())
       fail_read(file_, "",
                 "the build section of the 3MF file places no object. Put an object on the build plate and export again.");
-    if (root.items.size() > plugs + 1)
+    if (whole)
+      result_.notes.push_back(concat("Its ", root.items.size(), " pieces are taken as they are when put together."));
+    else if (root.items.size() > plugs + 1)
       result_.notes.push_back(concat("The ", root.items.size() - plugs, " objects on the build plate were joined into one mesh."));
     if (root.not_printable > 0)
       result_.notes.push_back(plural(root.not_printable, "object", "objects") + " marked as not printable left out.");
@@ -352,7 +362,8 @@ private:
     budget_.take(sizeof(Object));
     object.type = attribute(node, "type");
     object.infill = infill_named(attribute(node, "name"));
-    object.plug = attribute(node, "partnumber") == kPlugNumber;
+    object.name = attribute(node, "name");
+    object.part_number = attribute(node, "partnumber");
     if (!attribute(node, "slicestackid").empty()) object.not_only_triangles = "slices";
     for (const auto& content : node.children()) {
       const std::string_view name = local_name(content.name());
@@ -416,12 +427,46 @@ private:
 
   bool take_plug(const ModelPart& root, const Reference& item) {
     const auto found = root.objects.find(item.id);
-    if (found == root.objects.end() || !found->second.plug || item.part != root_) return false;
+    if (found == root.objects.end() || found->second.part_number != kPlugNumber || item.part != root_) return false;
     Part& plug = result_.modifiers.emplace_back();
     plug.role = Part::Role::plug;
     plug.to_bed = item.transform;
     append_mesh(found->second.mesh, Eigen::Affine3d::Identity(), named(item.id), plug.mesh);
     return true;
+  }
+
+  /// Where all that is built are pieces of a body: they, what is put into it, and what it is together. @returns whether they are
+  bool take_pieces(const ModelPart& root) {
+    const auto object_of = [&root](const Reference& item) {
+      const auto found = root.objects.find(item.id);
+      return found == root.objects.end() ? nullptr : &found->second;
+    };
+    const bool all = std::all_of(root.items.begin(), root.items.end(), [&](const Reference& item) {
+      const Object* object = object_of(item);
+      return object && object->part_number == kPieceNumber && object->components.empty() && object->not_only_triangles.empty();
+    });
+    if (root.items.empty() || !all) return false;
+    Mesh together;
+    for (const Reference& item : root.items) {
+      Part& piece = result_.pieces.emplace_back();
+      piece.name = object_of(item)->name;
+      piece.to_bed = item.transform;
+      append_mesh(object_of(item)->mesh, Eigen::Affine3d::Identity(), named(item.id), piece.mesh);
+      append(together, piece.mesh);
+    }
+    result_.mesh = glued(together);
+    for (const auto& [id, object] : root.objects) take_insert(object, named(id));
+    return true;
+  }
+
+  void take_insert(const Object& object, const std::string& where) {
+    double density = 0;
+    if (!object.part_number.starts_with(kInsertNumber)) return;
+    if (!parse_number(std::string_view(object.part_number).substr(std::string_view(kInsertNumber).size()), density)) return;
+    Part& insert = result_.inserts.emplace_back();
+    insert.role = Part::Role::insert;
+    insert.density_g_cm3 = density;
+    append_mesh(object.mesh, Eigen::Affine3d::Identity(), where, insert.mesh);
   }
 
   void append_item(const Reference& item) {
@@ -661,10 +706,18 @@ struct Volume {
   const SparseInfill* infill = nullptr;
 };
 
-/// Volumes as the one mesh of an object. @param name  none if empty
-void append_object(std::string& xml, std::size_t id, std::span<const Volume> volumes, const std::string& name) {
-  xml += concat("  <object id=\"", id, "\" type=\"model\"", name.empty() ? "" : concat(" name=\"", name, "\""),
-                ">\n   <mesh>\n    <vertices>\n");
+/// What is said of an object besides its mesh: nothing of what is empty.
+struct ObjectWords {
+  std::string name;
+  std::string part_number = {};
+  std::string type = "model";
+};
+
+/// Volumes as the one mesh of an object.
+void append_object(std::string& xml, std::size_t id, std::span<const Volume> volumes, const ObjectWords& words) {
+  xml +=
+      concat("  <object id=\"", id, "\" type=\"", words.type, "\"", words.name.empty() ? "" : concat(" name=\"", words.name, "\""),
+             words.part_number.empty() ? "" : concat(" partnumber=\"", words.part_number, "\""), ">\n   <mesh>\n    <vertices>\n");
   for (const Volume& volume : volumes)
     for (const auto& p : volume.mesh->vertices) {
       append_number(xml += "     <vertex x=\"", p.x());
@@ -700,55 +753,75 @@ enum class Layout {
   named,       ///< likewise, by their names
 };
 
-std::string model_xml(std::span<const Volume> volumes, Layout layout) {
-  std::string xml = R"(<?xml version="1.0" encoding="UTF-8"?>
+constexpr const char* kModelStart = R"(<?xml version="1.0" encoding="UTF-8"?>
 <model unit="millimeter" xml:lang="en-US" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02" xmlns:slic3rpe="http://schemas.slic3r.org/3mf/2017/06">
  <metadata name="slic3rpe:Version3mf">1</metadata>
  <metadata name="Application">rayrep</metadata>
  <resources>
 )";
+
+std::string model_xml(std::span<const Volume> volumes, Layout layout) {
+  std::string xml = kModelStart;
   std::size_t id = 1;
   if (layout != Layout::one_object) {
     std::string components;
     for (const Volume& volume : volumes) {
       components += concat("    <component objectid=\"", id, "\"/>\n");
-      append_object(xml, id++, {&volume, 1}, layout == Layout::named ? volume_name(volume) : "");
+      append_object(xml, id++, {&volume, 1}, {layout == Layout::named ? volume_name(volume) : ""});
     }
     xml += concat("  <object id=\"", id, "\" type=\"model\">\n   <components>\n", components, "   </components>\n  </object>\n");
   } else {
-    append_object(xml, id, volumes, "");
+    append_object(xml, id, volumes, {""});
   }
   return xml += concat(" </resources>\n <build>\n  <item objectid=\"", id, "\"/>\n </build>\n</model>\n");
 }
 
-/// Adds plugs as objects of their own, each with its place on the bed.
-void add_plugs(const Delivery& delivery, std::size_t first_id, std::string& xml) {
+/// As 3MF has it: the images of the axes and of the origin.
+std::string transform_text(const Eigen::Affine3d& transform) {
+  std::string text;
+  for (int row = 0; row < 4; ++row)
+    for (int column = 0; column < 3; ++column) append_number(text += text.empty() ? "" : " ", transform.matrix()(column, row));
+  return text;
+}
+
+std::vector<const Part*> parts_in(const Delivery& delivery, Part::Role role) {
+  std::vector<const Part*> all;
+  for (const Part& part : delivery.parts)
+    if (part.role == role) all.push_back(&part);
+  return all;
+}
+
+/// Adds plugs as objects of their own, where they are in the body, each with the way to its place on the bed.
+void add_plugs(std::span<const Part* const> plugs, std::size_t first_id, std::string& xml) {
   std::string objects;
   std::string items;
-  std::size_t id = first_id;
-  for (const Part& part : delivery.parts) {
-    if (part.role != Part::Role::plug) continue;
-    const Volume volume{&part.mesh};
-    const std::size_t begin = objects.size();
-    append_object(objects, id, {&volume, 1}, concat("plug ", id - first_id + 1));
-    const std::string id_text = concat("  <object id=\"", id, "\"");
-    objects.insert(begin + id_text.size(), concat(" partnumber=\"", kPlugNumber, "\""));
-    std::string place;
-    for (int row = 0; row < 4; ++row)
-      for (int column = 0; column < 3; ++column)
-        append_number(place += place.empty() ? "" : " ", part.to_bed.matrix()(column, row));
-    items += concat("  <item objectid=\"", id++, "\" transform=\"", place, "\"/>\n");
+  for (std::size_t n = 0; n < plugs.size(); ++n) {
+    const Volume volume{&plugs[n]->mesh};
+    append_object(objects, first_id + n, {&volume, 1}, {concat("plug ", n + 1), kPlugNumber});
+    items += concat("  <item objectid=\"", first_id + n, "\" transform=\"", transform_text(plugs[n]->to_bed), "\"/>\n");
   }
   xml.insert(xml.find(" </resources>"), objects);
   xml.insert(xml.rfind(" </build>"), items);
 }
 
-/// Adds to the settings of the first object the same for the plugs, named as in the model. @param rows  of one, for its number
-template <typename Rows>
-void add_plug_settings(std::size_t plugs, std::size_t first_id, const Rows& rows, std::string& xml) {
-  std::string objects;
-  for (std::size_t n = 0; n < plugs; ++n) objects += rows(n, first_id + n);
-  xml.insert(xml.rfind("</config>"), objects);
+/// Pieces as objects in the places that they have in the whole, each with the way to its place on the bed; after them what is put
+/// in, which is not built.
+std::string pieces_xml(const Delivery& delivery) {
+  std::string xml = kModelStart;
+  std::string items;
+  std::size_t id = 1;
+  for (const Part* piece : parts_in(delivery, Part::Role::body)) {
+    const Volume volume{&piece->mesh};
+    items += concat("  <item objectid=\"", id, "\" transform=\"", transform_text(piece->to_bed), "\"/>\n");
+    append_object(xml, id++, {&volume, 1}, {piece->name, kPieceNumber});
+  }
+  for (const Part* insert : parts_in(delivery, Part::Role::insert)) {
+    const Volume volume{&insert->mesh};
+    std::string number = kInsertNumber;
+    append_number(number, insert->density_g_cm3);
+    append_object(xml, id++, {&volume, 1}, {"not printed", number, "other"});
+  }
+  return xml += concat(" </resources>\n <build>\n", items, " </build>\n</model>\n");
 }
 
 /// The settings of a volume, a line each that begins with `start`.
@@ -768,15 +841,14 @@ std::string infill_settings(const std::string& start, const SparseInfill* infill
 
 /// PrusaSlicer's own part: without 100 % infill the user's profile makes a hollow body heavier than a solid one, and automatic
 /// supports fill its cavity unless they must start on the build plate.
-std::string prusa_config_xml(std::span<const Volume> volumes) {
-  std::string xml = R"(<?xml version="1.0" encoding="UTF-8"?>
-<config>
- <object id="1" instances_count="1">
-  <metadata type="object" key="name" value="body"/>
+std::string prusa_object_xml(std::size_t id, std::string_view name, std::span<const Volume> volumes) {
+  std::string xml =
+      concat(" <object id=\"", id, "\" instances_count=\"1\">\n  <metadata type=\"object\" key=\"name\" value=\"", name,
+             R"("/>
   <metadata type="object" key="fill_density" value="100%"/>
   <metadata type="object" key="fill_pattern" value="rectilinear"/>
   <metadata type="object" key="support_material_buildplate_only" value="1"/>
-)";
+)");
   const std::string start = "   <metadata type=\"volume\" ";
   std::size_t first = 0;
   for (const Volume& volume : volumes) {
@@ -790,29 +862,28 @@ std::string prusa_config_xml(std::span<const Volume> volumes) {
                   infill_settings(start, volume.infill, kPrusaKeys), "  </volume>\n");
     first = next;
   }
-  return xml += " </object>\n</config>\n";
+  return xml += " </object>\n";
 }
 
-/// The same for Bambu Studio and OrcaSlicer.
-std::string bambu_config_xml(std::span<const Volume> volumes, bool gathered) {
-  std::string xml = concat(R"(<?xml version="1.0" encoding="UTF-8"?>
-<config>
- <object id=")",
-                           gathered ? volumes.size() + 1 : 1, R"(">
-  <metadata key="name" value="body"/>
+/// The same for Bambu Studio and OrcaSlicer. @param id  of the first part
+std::string bambu_object_xml(std::size_t object, std::size_t id, std::string_view name, std::span<const Volume> volumes) {
+  std::string xml = concat(" <object id=\"", object, "\">\n  <metadata key=\"name\" value=\"", name, R"("/>
   <metadata key="sparse_infill_density" value="100%"/>
   <metadata key="support_on_build_plate_only" value="1"/>
 )");
   const std::string start = "   <metadata ";
-  std::size_t id = 0;
   for (const Volume& volume : volumes) {
     const bool sparse = volume.infill != nullptr;
-    xml += concat("  <part id=\"", ++id, "\" subtype=\"", sparse ? "modifier_part" : "normal_part", "\">\n",  //
+    xml += concat("  <part id=\"", id++, "\" subtype=\"", sparse ? "modifier_part" : "normal_part", "\">\n",  //
                   start, "key=\"name\" value=\"", sparse ? "sparse" : "body", "\"/>\n",                       //
                   start, "key=\"matrix\" value=\"1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\"/>\n",                      //
                   infill_settings(start, volume.infill, kBambuKeys), "  </part>\n");
   }
-  return xml += " </object>\n</config>\n";
+  return xml += " </object>\n";
+}
+
+std::string config_xml(const std::string& objects) {
+  return concat("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<config>\n", objects, "</config>\n");
 }
 
 /// Where PrusaSlicer pauses the print.
@@ -835,15 +906,38 @@ std::string encode_3mf(const Mesh& mesh, const std::string& thumbnail_png) {
   const Volume body{&mesh};
   std::vector<ArchivePart> entries = first_parts(!thumbnail_png.empty());
   entries.push_back({kDefaultModel, model_xml({&body, 1}, Layout::one_object)});
-  entries.push_back({kPrusaConfig, prusa_config_xml({&body, 1})});
-  entries.push_back({kBambuConfig, bambu_config_xml({&body, 1}, false)});
+  entries.push_back({kPrusaConfig, config_xml(prusa_object_xml(1, "body", {&body, 1}))});
+  entries.push_back({kBambuConfig, config_xml(bambu_object_xml(1, 1, "body", {&body, 1}))});
   if (!thumbnail_png.empty()) entries.push_back({kThumbnail, thumbnail_png});
   return pack(entries);
 }
 
 std::string encode_3mf(const Mesh& mesh) { return encode_3mf(mesh, std::string()); }
 
+namespace {
+
+std::string encode_pieces(const Delivery& delivery) {
+  std::vector<ArchivePart> entries = first_parts(!delivery.thumbnail_png.empty());
+  entries.push_back({kDefaultModel, pieces_xml(delivery)});
+  std::string prusa;
+  std::string bambu;
+  std::size_t id = 1;
+  for (const Part* piece : parts_in(delivery, Part::Role::body)) {
+    const Volume volume{&piece->mesh};
+    prusa += prusa_object_xml(id, piece->name, {&volume, 1});
+    bambu += bambu_object_xml(id, id, piece->name, {&volume, 1});
+    ++id;
+  }
+  entries.push_back({kPrusaConfig, config_xml(prusa)});
+  entries.push_back({kBambuConfig, config_xml(bambu)});
+  if (!delivery.thumbnail_png.empty()) entries.push_back({kThumbnail, delivery.thumbnail_png});
+  return pack(entries);
+}
+
+}  // namespace
+
 std::string encode_3mf(const Delivery& delivery, ThreeMfFlavor flavor) {
+  if (in_pieces(delivery)) return encode_pieces(delivery);
   const Mesh body = delivery.body();
   std::vector<Volume> volumes = {{&body}};
   for (const Part& part : delivery.parts)
@@ -851,39 +945,21 @@ std::string encode_3mf(const Delivery& delivery, ThreeMfFlavor flavor) {
   const bool prusa = flavor == ThreeMfFlavor::prusa;
   const Layout layout = prusa ? Layout::one_object : flavor == ThreeMfFlavor::bambu ? Layout::components : Layout::named;
   std::vector<ArchivePart> entries = first_parts(!delivery.thumbnail_png.empty());
-  std::vector<const Part*> plugs;
-  for (const Part& part : delivery.parts)
-    if (part.role == Part::Role::plug) plugs.push_back(&part);
-  const std::size_t first_plug = layout == Layout::one_object ? 2 : volumes.size() + 2;
+  const std::vector<const Part*> plugs = parts_in(delivery, Part::Role::plug);
+  const std::size_t body_id = layout == Layout::one_object ? 1 : volumes.size() + 1;
   std::string model = model_xml(volumes, layout);
-  add_plugs(delivery, first_plug, model);
+  add_plugs(plugs, body_id + 1, model);
   entries.push_back({kDefaultModel, std::move(model)});
-  if (prusa) {
-    std::string config = prusa_config_xml(volumes);
-    add_plug_settings(
-        plugs.size(), first_plug,
-        [&](std::size_t n, std::size_t id) {
-          return concat(
-              " <object id=\"", id, "\" instances_count=\"1\">\n  <metadata type=\"object\" key=\"name\" value=\"plug ", n + 1,
-              "\"/>\n  <metadata type=\"object\" key=\"fill_density\" value=\"100%\"/>\n",
-              "  <metadata type=\"object\" key=\"fill_pattern\" value=\"rectilinear\"/>\n  <volume firstid=\"0\" lastid=\"",
-              plugs[n]->mesh.triangles.size() - 1,
-              "\">\n   <metadata type=\"volume\" key=\"volume_type\" value=\"ModelPart\"/>\n  </volume>\n </object>\n");
-        },
-        config);
-    entries.push_back({kPrusaConfig, std::move(config)});
+  std::string prusa_objects = prusa_object_xml(1, "body", volumes);
+  std::string bambu_objects = bambu_object_xml(body_id, 1, "body", volumes);
+  for (std::size_t n = 0; n < plugs.size(); ++n) {
+    const Volume volume{&plugs[n]->mesh};
+    const std::size_t id = body_id + 1 + n;
+    prusa_objects += prusa_object_xml(id, concat("plug ", n + 1), {&volume, 1});
+    bambu_objects += bambu_object_xml(id, id, concat("plug ", n + 1), {&volume, 1});
   }
-  if (layout == Layout::components || !plugs.empty()) {
-    std::string config = bambu_config_xml(volumes, layout == Layout::components);
-    add_plug_settings(
-        plugs.size(), first_plug,
-        [](std::size_t n, std::size_t id) {
-          return concat(" <object id=\"", id, "\">\n  <metadata key=\"name\" value=\"plug ", n + 1,
-                        "\"/>\n  <metadata key=\"sparse_infill_density\" value=\"100%\"/>\n </object>\n");
-        },
-        config);
-    entries.push_back({kBambuConfig, std::move(config)});
-  }
+  if (prusa) entries.push_back({kPrusaConfig, config_xml(prusa_objects)});
+  if (layout == Layout::components || !plugs.empty()) entries.push_back({kBambuConfig, config_xml(bambu_objects)});
   if (prusa && !delivery.pauses_mm.empty()) entries.push_back({kPrusaPauses, prusa_pauses_xml(delivery.pauses_mm)});
   if (!delivery.thumbnail_png.empty()) entries.push_back({kThumbnail, delivery.thumbnail_png});
   return pack(entries);

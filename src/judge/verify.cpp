@@ -16,9 +16,11 @@
 #include "judge/drains.h"
 #include "judge/figures.h"
 #include "judge/inserts.h"
+#include "judge/pieces.h"
 #include "judge/righting.h"
 #include "judge/verify_detail.h"
 #include "rayrep/base/error.h"
+#include "rayrep/mesh/assembly.h"
 #include "rayrep/mesh/mesh_check.h"
 
 namespace rayrep {
@@ -515,7 +517,7 @@ Verdict verify(const PrintedDelivery& delivered, const Mesh* original, const Spe
   if (drained && !original)
     throw Error(ErrorCode::usage, "Holes are told from the rest of the outside by the original: name it (--original).");
   const Surface surface = judge_surface(solid, outside.mesh(), progress, both, drained ? &print.drains : nullptr);
-  add_surface_criteria(surface, {original != nullptr, print, limits.wall_ratio}, progress, both);
+  add_surface_criteria(surface, {original != nullptr, print, limits.wall_ratio, outside.tolerance_mm()}, progress, both);
   outside.tell(both);
   if (!Surface::closed(both)) return both;
   Moments s = delivered.printed + insert_moments(delivered.delivery, print.density_g_cm3);
@@ -546,11 +548,22 @@ Verdict verify(const PrintedDelivery& delivered, const Mesh* original, const Spe
     add(both.meaning, part->meaning);
     add(both.notes, part->notes);
   }
-  if (delivered.delivery.has_inserts()) judge_inserts(delivered.delivery, surface.mesh, in.hull, progress, both);
+  if (delivered.delivery.has_inserts())
+    judge_inserts(delivered.delivery, surface.mesh, hull_with_axle(in.hull, spec, progress), progress, both);
   return both;
 }
 
 Verdict verify(const Delivery& delivered, const Mesh* original, const Spec& spec, const Limits& limits, const Progress& progress) {
+  if (in_pieces(delivered)) {
+    check_any(spec);
+    const Spec judged = judged_in_pieces(delivered, original, spec);
+    const Mesh whole = merged_mesh(delivered.body());
+    const Moments s = mesh_moments(material_of(whole, unbalanced_edges(whole) == 0, progress));
+    const PrintedDelivery printed{delivered, s};
+    Verdict verdict = verify(printed, original, judged, limits, progress);
+    judge_pieces(printed, judged, limits, progress, verdict);
+    return verdict;
+  }
   if (!delivered.has_infill() && !delivered.has_inserts() && !print_of(spec).drains.wanted())
     return verify(delivered.solid(), original, spec, limits, progress);
   require_size(delivered.solid());

@@ -17,12 +17,14 @@
 #include "base/union_find.h"
 #include "judge/figures.h"
 #include "judge/outer_surface.h"
+#include "judge/pieces.h"
 #include "mesh/crossing.h"
 #include "mesh/mesh_edges.h"
 #include "mesh/mesh_union.h"
 #include "mesh/shells.h"
 #include "mesh/surface_gap.h"
 #include "rayrep/base/error.h"
+#include "rayrep/mesh/boolean.h"
 #include "rayrep/mesh/clip.h"
 #include "rayrep/mesh/mesh_check.h"
 #include "rayrep/mesh/surface_query.h"
@@ -282,6 +284,7 @@ double lowest_along(const Mesh& mesh, const Eigen::Vector3d& up) {
 
 AllowedOutside::AllowedOutside(const Mesh& delivered, const Mesh* original, const Spec& spec, const Progress& progress)
     : mesh_(original) {
+  if (original) take_axle(spec, progress);
   const auto* stand = std::get_if<StandSpec>(&spec);
   if (!original || !stand || stand->flatten_mm == 0) return;
   allowed_mm_ = stand->flatten_mm;
@@ -295,6 +298,15 @@ AllowedOutside::AllowedOutside(const Mesh& delivered, const Mesh* original, cons
   }
   allowed_mm_ += rounding_mm;
   flattened_ = clipped(with_merged_vertices(*original), {up, lowest_mm}, progress);
+  mesh_ = &flattened_;
+}
+
+void AllowedOutside::take_axle(const Spec& spec, const Progress& progress) {
+  std::vector<Mesh> operands = allowed_to_be_taken(spec, *mesh_);
+  if (operands.empty()) return;
+  operands.insert(operands.begin(), *mesh_);
+  flattened_ = combined(operands, {.operation = BooleanOperation::subtract}, progress).mesh;
+  tolerance_mm_ = 1e-5 * bounding_box(*mesh_).diagonal().norm();
   mesh_ = &flattened_;
 }
 
@@ -422,8 +434,8 @@ void add_surface_criteria(const Surface& surface, const SurfaceTerms& terms, con
   criteria.push_back(at_most("closed", "edges that are open or face the wrong way",
                              static_cast<double>(verdict.bad_edges + surface.inside_out_edges + surface.misplaced_edges), 0));
   if (terms.has_original)
-    criteria.push_back(
-        at_most("outer_unchanged", "change of the outer surface, mm", verdict.outer_deviation_mm, verdict.coordinate_rounding_mm));
+    criteria.push_back(at_most("outer_unchanged", "change of the outer surface, mm", verdict.outer_deviation_mm,
+                               std::max(verdict.coordinate_rounding_mm, terms.tolerance_mm)));
   criteria.push_back(
       at_most("no_islands", "pieces of material loose inside a cavity", static_cast<double>(verdict.solid_islands), 0));
   criteria.push_back(at_most("no_crossings", "triangles of cavities that cross others or are there twice",

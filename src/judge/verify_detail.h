@@ -54,7 +54,7 @@ struct Surface {
 Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progress& progress, Verdict& verdict,
                       const Drains* drains = nullptr);
 
-/// The outside that a body is held to: the original, but for what a goal lets be cut off below.
+/// The outside that a body is held to: the original, but for what a goal lets be cut off below, or be taken for an axle.
 class AllowedOutside {
 public:
   /// @param original  may be null
@@ -63,12 +63,17 @@ public:
   AllowedOutside& operator=(const AllowedOutside&) = delete;
 
   const Mesh* mesh() const { return mesh_; }
+  /// By how much more than rounding it may differ: planes and holes that are told by numbers.
+  double tolerance_mm() const { return tolerance_mm_; }
   /// The criterion on what was cut off, and a note, where anything may be.
   void tell(Verdict& verdict) const;
 
 private:
+  void take_axle(const Spec& spec, const Progress& progress);
+
   const Mesh* mesh_;
-  Mesh flattened_;
+  Mesh flattened_;  ///< or with what was taken
+  double tolerance_mm_ = 0;
   double allowed_mm_ = 0;
   double cut_mm_ = 0;
 };
@@ -81,6 +86,7 @@ struct SurfaceTerms {
   bool has_original;
   const Print& print;
   double wall_ratio;
+  double tolerance_mm = 0;  ///< by which more than rounding the outside may differ
 };
 
 /// Adds the criteria closed, outer_unchanged (with an original), no_islands, no_crossings, wall (with a cavity and a wall asked

@@ -6,25 +6,51 @@
 #include "make/as_printed.h"
 #include "make/balls.h"
 #include "make/core_maker.h"
+#include "make/cut_maker.h"
 #include "make/drained_maker.h"
 #include "make/fixed.h"
 #include "make/plan.h"
+#include "make/yoyo.h"
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/mesh_check.h"
+#include "rayrep/physics/axle.h"
 
 namespace rayrep {
 namespace detail {
+namespace {
+
+/// @param exact  a correction is wanted for a neighbouring wall, with which the cavity is compared
+std::unique_ptr<Maker> maker_for(Plan& plan, const HollowOptions& options, const Progress& progress, bool exact) {
+  Body& body = *plan.body;
+  const Print& print = print_of(plan.spec);
+  if (print.core.wanted()) return std::make_unique<CoreMaker>(body, print, options, progress);
+  const CavityMaker::By by = exact ? CavityMaker::By::grid : CavityMaker::By::cut;
+  std::unique_ptr<Maker> maker = std::make_unique<CavityMaker>(body, print, options, progress, by);
+  if (print.cut.wanted()) return cut_maker(std::move(maker), body, print_of(plan.spec), progress);
+  const SpinSpec* spin = std::get_if<SpinSpec>(&plan.spec);
+  if (spin && has_axle(spin->axle)) return yoyo_maker(std::move(maker), *spin);
+  return maker;
+}
+
+/// @throws Error{usage} for what does not go with a body in pieces
+void check_pieces(const HollowOptions& options, const Spec& spec) {
+  const SpinSpec* spin = std::get_if<SpinSpec>(&spec);
+  const bool halves = spin && has_axle(spin->axle);
+  if (!halves && !print_of(spec).cut.wanted()) return;
+  const std::string instead =
+      halves ? "leave it out, or say --axle none: then it is made in one piece." : "leave one of the two out.";
+  if (options.as_printed) throw Error(ErrorCode::usage, "A body in pieces is not fitted to a slicer's print: " + instead);
+  if (!options.fixed.empty())
+    throw Error(ErrorCode::usage, "A body in pieces has nothing fixed in it that the print is paused for: " + instead);
+}
+
+}  // namespace
+
 HollowResult carry_out(Plan& plan, const HollowOptions& options, const Progress& progress, Moments* correction) {
   Body& body = *plan.body;
   HollowResult result;
   const Print& print = print_of(plan.spec);
-  std::unique_ptr<Maker> maker;
-  if (print.core.wanted())
-    maker = std::make_unique<CoreMaker>(body, print, options, progress);
-  else
-    // A correction is wanted for a neighbouring wall, with which the cavity is compared.
-    maker =
-        std::make_unique<CavityMaker>(body, print, options, progress, correction ? CavityMaker::By::grid : CavityMaker::By::cut);
+  std::unique_ptr<Maker> maker = maker_for(plan, options, progress, correction != nullptr);
   const DrainedMaker* drained = nullptr;
   if (print.drains.wanted()) {
     auto with_holes = std::make_unique<DrainedMaker>(std::move(maker), body, plan.spec, options, progress);
@@ -51,7 +77,7 @@ HollowResult carry_out(Plan& plan, const HollowOptions& options, const Progress&
   result.dropped_components = body.inner.dropped_components;
   result.ray_spacing_mm = body.inner.rays.grid.spacing_mm;
   result.field_spacing_mm = body.inner.field.spacing_mm;
-  result.wall_mm = print.wall_mm;
+  result.wall_mm = print_of(plan.spec).wall_mm;
   plan.prove(plan, body.shell + found, result);
   return result;
 }
@@ -122,6 +148,7 @@ Settings settings(HollowOptions& options, const Spec& spec) {
 HollowResult hollow(const Mesh& solid, const Spec& spec, const HollowOptions& options, const Progress& progress) {
   detail::check(options, spec);
   std::visit([](const auto& s) { check(s, Setting::For::making); }, spec);
+  detail::check_pieces(options, spec);
   require_size(solid);
   if (const auto* stand = std::get_if<StandSpec>(&spec);
       stand && stand->flatten_mm > 0 && (!options.fixed.empty() || stand->print.balls.wanted()))

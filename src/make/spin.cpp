@@ -5,8 +5,10 @@
 #include "base/text.h"
 #include "make/plan.h"
 #include "make/spin_search.h"
+#include "make/yoyo.h"
 #include "rayrep/base/error.h"
 #include "rayrep/make/waterline.h"
+#include "rayrep/physics/axle.h"
 
 namespace rayrep::detail {
 namespace {
@@ -105,8 +107,14 @@ Plan plan(const Mesh& solid, const SpinSpec& spec, const HollowOptions& options,
   const SpinFrame axis = spin_frame(outer, spec, discretisation(spec.print, options), progress);
   progress.begin("domain");
   Plan plan;
-  plan.spec = filled_in(spec, axis);
-  plan.body = body_about(axis, std::move(outer), discretisation(spec.print, options), progress);
+  const SpinSpec placed = filled_in(spec, axis);
+  plan.spec = placed;
+  Discretisation inside = discretisation(spec.print, options);
+  if (has_axle(spec.axle)) {
+    outer = outside_of_halves(outer, placed, progress);
+    inside.fixed += axle_moments(placed);
+  }
+  plan.body = body_about(axis, std::move(outer), inside, progress);
   const Body& body = *plan.body;
   const InteriorNlp::Scale scale{body.solid[M1], body.diagonal_mm};
   const bool largest = spec.prefer == AxisClass::largest;

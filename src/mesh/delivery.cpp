@@ -2,13 +2,15 @@
 
 #include <algorithm>
 
+#include "rayrep/mesh/assembly.h"
+
 namespace rayrep {
 
 Mesh Delivery::mesh_of(Part::Role role) const {
   Mesh mesh;
   for (const Part& part : parts)
     if (part.role == role) append(mesh, part.mesh);
-  return mesh;
+  return role == Part::Role::body && in_pieces(*this) ? glued(mesh) : mesh;
 }
 
 std::size_t Delivery::triangles() const {

@@ -345,6 +345,34 @@ TextPlace faces_place(int& faces) {
           [&faces] { return faces == 0 ? std::string("all") : std::to_string(faces); }};
 }
 
+/// "auto", "none", "z=10;1,0,1=4"
+TextPlace cut_place(Cut& cut) {
+  return {[&cut](const std::string& text) {
+            cut.planes.clear();
+            cut.where = text == "auto" ? Cut::Where::found : text == "none" ? Cut::Where::none : Cut::Where::given;
+            if (cut.where != Cut::Where::given) return;
+            for (std::size_t begin = 0; begin <= text.size();) {
+              const std::size_t end = std::min(text.find(';', begin), text.size());
+              const std::string one = text.substr(begin, end - begin);
+              const std::size_t equals = one.find('=');
+              if (equals == std::string::npos)
+                usage_error("--cut takes auto, none, or planes such as z=10 or 'z=10;1,0,1=4'; it is '" + text + "'.");
+              cut.planes.push_back({parse_direction(one.substr(0, equals)), parse_number("cut", one.substr(equals + 1))});
+              begin = end + 1;
+            }
+          },
+          [&cut] {
+            if (cut.where != Cut::Where::given) return std::string(cut.wanted() ? "auto" : "none");
+            std::string text;
+            for (const Cut::Plane& plane : cut.planes)
+              text += (text.empty() ? "" : ";") + shown_direction(plane.normal) + "=" + shown(plane.offset_mm, 9);
+            return text;
+          }};
+}
+
+constexpr double kWidestGapOfBearing_mm = 5;
+constexpr std::array<const char*, 4> kAxles = {"none", "m4", "8mm", "bearing-608"};
+
 /// Nothing that is printed or floated in is heavier than 25 g/cm3: then kg/m3 was meant.
 void check_density(const char* name, double density_g_cm3) {
   if (!Range::positive().contains(density_g_cm3))
@@ -521,6 +549,15 @@ Settings drain_rows(Print& print, For purpose) {
        .rare = true}};
 }
 
+void check_cut(const Print& print) {
+  if (!print.cut.wanted()) return;
+  const std::string alone = " is not cut into pieces: leave it or --cut out.";
+  if (print.infill.wanted()) usage_error("What is filled sparsely" + alone);
+  if (print.core.wanted()) usage_error("A body with a heavy core" + alone);
+  if (print.balls.wanted()) usage_error("A body with balls in it" + alone);
+  if (print.drains.wanted()) usage_error("The cut opens every cavity, so that nothing stays in it: leave --drain or --cut out.");
+}
+
 template <typename Spec>
 void check_rows(const Spec& spec, For purpose) {
   Spec copy = spec;
@@ -533,6 +570,7 @@ void check_rows(const Spec& spec, For purpose) {
     check_infill(spec.print);
     check_core(spec.print);
     check_balls(spec.print);
+    check_cut(spec.print);
   }
   check_drains(spec.print, purpose);
   check_up(spec.up);
@@ -812,6 +850,33 @@ Settings settings(Print& print, For purpose) {
                       "triangle can be nearer by a few percent along reentrant creases.",
            .place = &print.wall_mm,
            .range = purpose == For::judging ? Range{.lo = 0, .open = false} : Range::positive()},
+      {.name = "cut",
+       .value = "PLANES",
+       .words = "in pieces that lie on their cuts: auto, or z=10, 'z=10;x=0'",
+       .details =
+           "auto: as few planes as open every cavity (one for up to three), with little overhang in the pieces lying on their "
+           "cuts, a short seam and room for pins. Planes that are given are directions with an offset in mm, ; between them. All "
+           "are moved by up to 0.02 mm to pass no vertex. Where there is room both sides of a cut have up to three holes for "
+           "pins, the filament's own unless --pin-diameter says otherwise; they count, with the air around them. Writes 3MF: "
+           "pieces lie on the bed side by side, and verify sees them put together.",
+       .place = cut_place(print.cut),
+       .applies = For::making},
+      {.name = "pin-diameter",
+       .value = "MM",
+       .words = "of the pins between pieces, of the density of the print",
+       .details = "1.75: pieces of filament.",
+       .place = &print.cut.pin_diameter_mm,
+       .range = {.lo = 0.5, .hi = 20, .open = false},
+       .applies = For::making,
+       .rare = true},
+      {.name = "pin-clearance",
+       .value = "MM",
+       .words = "of their holes, all around",
+       .details = "",
+       .place = &print.cut.clearance_mm,
+       .range = {.lo = 0, .hi = 1, .open = false},
+       .applies = For::making,
+       .rare = true},
       },
       purpose);
   for (Setting& row : drain_rows(print, purpose)) rows.push_back(std::move(row));
@@ -858,6 +923,35 @@ Settings settings(FloatSpec& spec, For purpose) {
       purpose);
 }
 
+static Setting centre_row(std::optional<Eigen::Vector3d>& centre_mm) {
+  return {.name = "center",
+          .value = "X,Y,Z",
+          .words = "of a yo-yo (default: middle of the bounding box)",
+          .details = "",
+          .place = point_place("center", centre_mm, "auto")};
+}
+
+static Setting axle_row(Axle& axle) {
+  return {.name = "axle",
+          .value = "NAME",
+          .words = "of a yo-yo in two halves: m4, 8mm, bearing-608; none: one piece",
+          .details =
+              "What the halves are put together with: a rod of steel of 4 or 8 mm that reaches two diameters into each, in blind "
+              "holes 0.1 mm wider all around, or an 8 mm rod in a 608 bearing (22 x 7 mm, 12 g) that sits in both. Its steel (7.85 "
+              "g/cm3) counts. The rod's length is told: pushed home it keeps the gap. spin --yoyo takes m4 unless told; for verify "
+              "what is not told is none.",
+          .place = choice("axle", axle.kind, kAxles)};
+}
+
+static Setting gap_row(Axle& axle) {
+  return {.name = "gap",
+          .value = "MM",
+          .words = "between the halves, for the string (default 4)",
+          .details = "",
+          .place = &axle.gap_mm,
+          .range = {.lo = 0, .hi = 1000, .open = false}};
+}
+
 static constexpr std::array<const char*, 2> kSpinObjectives = {"rayreps", "spinit"};
 
 Settings settings(SpinSpec& spec, For purpose) {
@@ -881,11 +975,9 @@ Settings settings(SpinSpec& spec, For purpose) {
         .details = "No tip and no gravity. For verify it is a --goal.",
         .place = &spec.yoyo,
         .applies = For::making},
-       {.name = "center",
-        .value = "X,Y,Z",
-        .words = "of a yo-yo (default: middle of the bounding box)",
-        .details = "",
-        .place = point_place("center", spec.centre_mm, "auto")},
+       centre_row(spec.centre_mm),
+       axle_row(spec.axle),
+       gap_row(spec.axle),
        {.name = "prefer",
         .value = "AXIS",
         .words = "largest or smallest principal moment",
@@ -1224,8 +1316,32 @@ void check_tops(const PoseSpec& spec) {
 
 }  // namespace
 
+/// @throws Error{usage} for what does not go with a yo-yo in two halves
+void check_axle(const SpinSpec& spec, For purpose) {
+  const Axle& axle = spec.axle;
+  if (axle.kind == Axle::Kind::none) {
+    if (axle.gap_mm > 0)
+      usage_error("--gap is between the halves of a yo-yo, which --axle holds: give --axle m4, 8mm or bearing-608.");
+    return;
+  }
+  if (!spec.yoyo) usage_error("--axle belongs to --yoyo; a top has a tip.");
+  if (!(axle.gap_mm > 0)) usage_error("With an axle there is a gap for the string: give --gap more than 0, or --axle none.");
+  if (axle.kind == Axle::Kind::bearing_608 && axle.gap_mm > kWidestGapOfBearing_mm)
+    usage_error("A 608 bearing is 7 mm wide and sits in both halves: --gap must be at most " + shown(kWidestGapOfBearing_mm) +
+                " mm; it is " + shown(axle.gap_mm) + ".");
+  if (purpose == For::judging) return;
+  const Print& print = spec.print;
+  const std::string instead = ": leave it out, or say --axle none, which makes the yo-yo in one piece.";
+  if (print.infill.wanted()) usage_error("A yo-yo in two halves has no infill" + instead);
+  if (print.core.wanted()) usage_error("A yo-yo in two halves has no heavy core" + instead);
+  if (print.balls.wanted()) usage_error("A yo-yo in two halves has no balls in it" + instead);
+  if (print.drains.wanted()) usage_error("A yo-yo in two halves has no --drain" + instead);
+  if (print.cut.wanted()) usage_error("A yo-yo with an axle is in two halves: leave --cut out, or say --axle none.");
+}
+
 void check(const SpinSpec& spec, For purpose) {
   check_rows(spec, purpose);
+  check_axle(spec, purpose);
   if (spec.yoyo && spec.axis.through != SpinAxis::Through::lowest_point)
     usage_error("--point belongs to tops; a yo-yo has a --center.");
   if (!spec.yoyo && spec.centre_mm) usage_error("--center belongs to --yoyo; a top has a --point.");

@@ -1,5 +1,5 @@
 #!/bin/sh
-# What rayrep delivers, byte for byte: runs every line of runs.txt in every format and of more_runs.txt as STL, and compares the
+# What rayrep delivers, byte for byte: runs every line of runs.txt in every format, of more_runs.txt as STL and of piece_runs.txt as 3MF, and compares the
 # files, the terminal text (but its times) and the exit codes with the table delivered.txt. Without advice, which is many runs more.
 #
 #   tests/delivered/check.sh RAYREP            compares; exit 1 and the lines that differ
@@ -36,6 +36,10 @@ table() {
     # shellcheck disable=SC2086
     run stl $line
   done <"$here/more_runs.txt"
+  while read -r line; do
+    # shellcheck disable=SC2086
+    run 3mf $line
+  done <"$here/piece_runs.txt"
 }
 
 table >"$work/now"

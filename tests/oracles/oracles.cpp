@@ -119,6 +119,31 @@ TEST_P(Oracle, PrusaSlicerPrintsTheSameVolume) {
   EXPECT_NEAR(from_config(sliced, "usedMaterial"), volume_cm3, 1e-4 * volume_cm3) << name;
 }
 
+class PiecesOracle : public Oracle {};
+
+TEST_P(PiecesOracle, PrusaSlicerLaysThemOnItsBed) {
+  if (run("command -v prusa-slicer") != 0) GTEST_SKIP() << "no prusa-slicer (package prusa-slicer)";
+  const fs::path file = delivered("pieces.3mf");
+  const fs::path placed = folder_ / "placed.stl";
+  ASSERT_EQ(run("prusa-slicer --datadir '" + folder_.string() + "' --export-stl --dont-arrange -o '" + placed.string() + "' '" +
+                file.string() + "'"),
+            0);
+  Mesh ours;
+  for (const Part& piece : read_mesh(file).pieces) append(ours, transformed(piece.mesh, piece.to_bed));
+  const Mesh theirs = read_mesh(placed).mesh;
+  ASSERT_FALSE(ours.triangles.empty());
+  const double size = bounding_box(ours).diagonal().norm();
+  EXPECT_TRUE(near(bounding_box(theirs).min(), bounding_box(ours).min(), 1e-6 * size));
+  EXPECT_TRUE(near(bounding_box(theirs).max(), bounding_box(ours).max(), 1e-6 * size));
+  EXPECT_TRUE(moments_near(mesh_moments(theirs), mesh_moments(ours), 1e-5, size));
+  EXPECT_EQ(bounding_box(ours).min().z(), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Examples, PiecesOracle,
+                         ::testing::Values(Delivery{"pieces_duck", "float --cut auto duck.stl"},
+                                           Delivery{"pieces_heart", "spin --yoyo --up y heart.stl"}),
+                         [](const auto& one) { return std::string(one.param.name); });
+
 // Every example, for whatever can be had of it.
 INSTANTIATE_TEST_SUITE_P(
     Examples, Oracle,
@@ -129,7 +154,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Delivery{"float_teapot", "float teapot.stl"}, Delivery{"float_robin", "float robin.stl"},
                       Delivery{"spin_bird", "spin bird.stl"}, Delivery{"spin_tilted_ellipsoid", "spin tilted_ellipsoid.stl"},
                       Delivery{"spin_ellipsoid", "spin ellipsoid.stl"}, Delivery{"spin_heart", "spin heart.stl"},
-                      Delivery{"spin_robin", "spin robin.stl"}, Delivery{"yoyo_teapot", "spin --yoyo teapot.stl"},
+                      Delivery{"spin_robin", "spin robin.stl"}, Delivery{"yoyo_teapot", "spin --yoyo --axle none teapot.stl"},
                       Delivery{"stand_duck", "stand duck.stl"}, Delivery{"stand_heart", "stand heart.stl"},
                       Delivery{"stand_teapot", "stand teapot.stl"}, Delivery{"target_robin", "target --mass 30 robin.stl"}),
     [](const auto& one) { return std::string(one.param.name); });

@@ -11,6 +11,7 @@ EXAMPLES = ROOT / "examples"
 RUNS = [
     ("float", "duck.stl", "--resolution", "40"), ("float", "duck.stl", "--resolution", "40", "--infill", "15", "--phases", "-o", "sparse.3mf"),
     ("spin", "bird.stl", "--resolution", "40", "--certify"), ("spin", "heart.stl", "--yoyo", "--up", "y", "--resolution", "40"),
+    ("float", "duck.stl", "--cut", "auto", "--resolution", "40"),
     ("spin", "sumo.stl", "--core-material", "tin", "--resolution", "40"), ("stand", "teapot.stl", "--resolution", "40"),
     ("stand", "couple.stl", "--deform-limit", "3", "--resolution", "40"), ("stand", "heart.stl", "--balls", "2", "--resolution", "40"),
     ("target", "duck.stl", "--mass", "50", "--resolution", "40"), ("pose", "die.stl", "--stand", "z", "--stand", "x", "--resolution", "40"),

@@ -376,7 +376,7 @@ TEST_F(Tool, SpinsAndVerifies) {
 }
 
 TEST_F(Tool, SpinsAYoyoQuietly) {
-  const Run result = run("spin egg.stl --yoyo --center 0.5,0,0 --resolution 40 -q -o yoyo.ply --report r.json");
+  const Run result = run("spin egg.stl --yoyo --axle none --center 0.5,0,0 --resolution 40 -q -o yoyo.ply --report r.json");
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(result.out, "");
   const auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
@@ -385,6 +385,38 @@ TEST_F(Tool, SpinsAYoyoQuietly) {
   const Mesh delivered = read_mesh(folder_ / "yoyo.ply").mesh;
   EXPECT_TRUE(near(mass_properties(mesh_moments(delivered), 1).centre_of_mass_mm, Eigen::Vector3d(0.5, 0, 0), 0.005));
   EXPECT_EQ(run("verify yoyo.ply --goal yoyo --center 0.5,0,0 --original egg.stl").code, 0);
+}
+
+TEST_F(Tool, AYoyoIsInTwoHalvesUnlessItIsToBeOnePiece) {
+  write_mesh(folder_ / "puck.stl", uv_ellipsoid(30, 29, 20, 24));
+  const Run made = run("spin puck.stl --yoyo --resolution 40 -v");
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_TRUE(mentions(made.out, {"half 1", "half 2", "an M4 rod", "20.0 mm long", "wrote puck_spin.3mf"}));
+  const std::string again = made.out.substr(made.out.find("verify puck_spin.3mf"));
+  const Run judged = run(again.substr(0, again.find('\n')));
+  EXPECT_EQ(judged.code, 0) << judged.err;
+  EXPECT_TRUE(mentions(judged.out, {"half 1", "an M4 rod", "change of the outer surface"}));
+  // Without its axle told the judge holds it to the whole outside.
+  const Run strict = run("verify puck_spin.3mf --goal yoyo --original puck.stl");
+  EXPECT_EQ(strict.code, 4);
+  EXPECT_NE(strict.err.find("outer_unchanged"), std::string::npos);
+  EXPECT_TRUE(mentions(run("spin puck.stl --yoyo -o p.stl").err, {".3mf", "--axle none"}));
+  EXPECT_EQ(run("spin puck.stl --yoyo --axle none --resolution 40 -o p.stl").code, 0);
+}
+
+TEST_F(Tool, PiecesAreWrittenJudgedAndSeenPutTogether) {
+  const Run made = run("float egg.stl --submerged 0.5 --cut auto --wall 2 --resolution 40 -v --report r.json");
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_TRUE(mentions(made.out, {"2 pieces", "piece 1", "wrote egg_float.3mf", "ok     cavities that no cut opens"}));
+  const auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_EQ(report["after"]["pieces"].size(), 2u);
+  const std::string again = made.out.substr(made.out.find("verify egg_float.3mf"));
+  EXPECT_EQ(run(again.substr(0, again.find('\n'))).code, 0);
+  EXPECT_NE(run("inspect egg_float.3mf").out.find("2 pieces are taken as they are when put together"), std::string::npos);
+  EXPECT_TRUE(mentions(run("float egg.stl --cut auto -o p.stl").err, {".3mf", "--cut"}));
+  EXPECT_TRUE(mentions(run("float egg.stl --cut sideways").err, {"--cut takes auto, none"}));
+  EXPECT_TRUE(mentions(run("float egg.stl --submerged 0.5 --cut z=500 --resolution 40").err, {"does not meet the body"}));
+  EXPECT_TRUE(mentions(run("float egg.stl --cut auto --infill 15").err, {"--cut"}));
 }
 
 TEST_F(Tool, PosesAreMadeAndJudgedAgain) {
@@ -1015,7 +1047,7 @@ TEST_F(Tool, SaysHowToPrint) {
 
 // What it means for the print comes before the figures; how the solver came to it is for those who ask.
 TEST_F(Tool, WordsComeBeforeFigures) {
-  for (const char* command : {"float egg.stl", "spin egg.stl", "spin egg.stl --yoyo", "target egg.stl --mass 40"}) {
+  for (const char* command : {"float egg.stl", "spin egg.stl", "spin egg.stl --yoyo --axle none", "target egg.stl --mass 40"}) {
     const Run result = run(std::string(command) + " --resolution 40");
     ASSERT_EQ(result.code, 0) << result.err;
     const std::size_t words = result.out.find("\nIt ");

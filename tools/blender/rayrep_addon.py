@@ -161,7 +161,7 @@ def options_of(settings):
         more = shlex.split(settings.options)
     except ValueError as error:
         raise Trouble(f"Options: a quotation mark is not closed ({error}).") from error
-    words = ["spin", "--yoyo"] if settings.goal == "yoyo" else [settings.goal]
+    words = ["spin", "--yoyo", "--axle", "none"] if settings.goal == "yoyo" else [settings.goal]
     words += ["--wall", f"{settings.wall:.6g}"]
     if "--material" not in more:
         words += ["--density", f"{settings.density:.6g}"]

@@ -27,11 +27,16 @@ ReadMesh read(const std::filesystem::path& path, const Options& options, CheckOp
     summary.size_mm = factor * box.sizes();
   }
   result.modifiers = file.modifiers;
+  result.pieces = file.pieces;
+  result.inserts = file.inserts;
   const bool counted = options.command == Command::verify;
   if (factor != 1) {
     for (auto& v : mesh.vertices) v *= factor;
-    for (Part& part : result.modifiers)
-      for (auto& v : part.mesh.vertices) v *= factor;
+    for (std::vector<Part>* parts : {&result.modifiers, &result.pieces, &result.inserts})
+      for (Part& part : *parts) {
+        for (auto& v : part.mesh.vertices) v *= factor;
+        part.to_bed.translation() *= factor;
+      }
   }
   if (result.checked.report.usable) require_size(mesh, path.string());
   summary.path = path.string();

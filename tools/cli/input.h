@@ -14,7 +14,14 @@ namespace rayrep::tool {
 struct ReadMesh {
   CheckedMesh checked;
   std::vector<Part> modifiers = {};
+  std::vector<Part> pieces = {};   ///< of a body that is printed in pieces; `checked` is what they are together
+  std::vector<Part> inserts = {};  ///< and what is put into it
   InputSummary summary;
+
+  /// As it stands in its file, but for what checking has mended.
+  MeshFile as_file() const {
+    return {.mesh = checked.mesh, .format = "", .notes = {}, .modifiers = modifiers, .pieces = pieces, .inserts = inserts};
+  }
 };
 
 /// Reads and checks in the file's own numbers, so that places are told in them, then scales to millimetres and to --size.

@@ -35,8 +35,9 @@ Measurement measured(const Options& options, const Mesh* mesh, const std::string
 }
 
 Delivery delivery_of(MeshFile file, const std::optional<double>& percent_laid_down) {
-  Delivery delivery;
-  delivery.parts.push_back({.mesh = std::move(file.mesh)});
+  Delivery delivery{std::move(file.pieces)};
+  if (delivery.parts.empty()) delivery.parts.push_back({.mesh = std::move(file.mesh)});
+  for (Part& part : file.inserts) delivery.parts.push_back(std::move(part));
   for (Part& part : file.modifiers) delivery.parts.push_back(std::move(part));
   assume_shares(delivery, percent_laid_down);
   return delivery;

@@ -12,6 +12,7 @@
 
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/mesh_check.h"
+#include "rayrep/physics/axle.h"
 #include "rayrep/report/report.h"
 #include "spec_file.h"
 
@@ -1208,10 +1209,28 @@ void choose_infill(const Given& given, Options& options) {
   if (!given.contains("wall")) print.wall_mm = infill.skin_mm();
 }
 
+/// A yo-yo is made in two halves unless it is to be one piece.
+void choose_axle(const Given& given, Options& options) {
+  SpinSpec* spin = std::get_if<SpinSpec>(&options.spec);
+  if (!spin) return;
+  if (options.command == Command::hollow && spin->yoyo && !given.contains("axle")) spin->axle.kind = Axle::Kind::m4;
+  constexpr double kUsualGap_mm = 4;
+  if (has_axle(spin->axle) && !given.contains("gap")) spin->axle.gap_mm = kUsualGap_mm;
+}
+
+/// @throws Error{usage} for an output that cannot hold pieces
+void require_room_for_pieces(const Options& options) {
+  if (!makes_pieces(options) || can_write_infill(options.output)) return;
+  usage_error("Pieces are told apart in 3MF only: end '" + options.output.string() + "' in .3mf, or " +
+              (print_of(options.spec).cut.wanted() ? "leave --cut out." : "say --axle none, which makes the yo-yo in one piece."));
+}
+
 void choose_output(Options& options) {
   if (options.command != Command::hollow) return;
   const bool sparse = print_of(options.spec).infill.wanted();
-  if (options.output.empty()) options.output = options.input.stem().string() + "_" + options.goal + (sparse ? ".3mf" : ".stl");
+  if (options.output.empty())
+    options.output = options.input.stem().string() + "_" + options.goal + (sparse || makes_pieces(options) ? ".3mf" : ".stl");
+  require_room_for_pieces(options);
   if (sparse && !can_write_infill(options.output))
     usage_error("Where to print sparsely is told by a modifier, which only 3MF holds: end '" + options.output.string() +
                 "' in .3mf.");
@@ -1467,6 +1486,11 @@ std::vector<Options> defaults_of_all_goals(const Syntax& syntax) {
   return all;
 }
 
+bool makes_pieces(const Options& options) {
+  const SpinSpec* spin = std::get_if<SpinSpec>(&options.spec);
+  return print_of(options.spec).cut.wanted() || (spin && has_axle(spin->axle));
+}
+
 std::string ending_of(const std::filesystem::path& path) {
   std::string ending = path.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -1649,6 +1673,7 @@ void take(const Given& given, const Syntax& syntax, const SpecFile* file, Option
   options.density_given = given.contains("density") || given.contains("material") || given.contains("resin");
   check_print(given, options);
   choose_infill(given, options);
+  choose_axle(given, options);
   check_spec(options);
   check_each(options);
   choose_output(options);

@@ -172,6 +172,9 @@ std::vector<Options> defaults_of_all_goals(const Syntax& syntax);
 /// @throws Error{usage} that says what is wrong and how to get help
 Options parse_command_line(int argc, const char* const* argv);
 
+/// Whether what it makes is printed in pieces.
+bool makes_pieces(const Options& options);
+
 /// @throws Error{usage} when an output would overwrite what is read
 void refuse_overwriting(const Options& options);
 

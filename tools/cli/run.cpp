@@ -260,7 +260,7 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   Part made{{}, Part::Role::insert, options.insert_density()};
   std::vector<Part> put_in;
   for (const Part& part : hollow.delivery.parts) {
-    if (part.role != Part::Role::insert) continue;
+    if (part.role != Part::Role::insert || in_pieces(hollow.delivery)) continue;
     if (put_in.size() < options.fixed.size())
       put_in.push_back(part);
     else
@@ -451,8 +451,7 @@ void verify_one(const Options& options, const ReadMesh& mesh, Stages& stages, co
   progress.begin("verify");
   Delivery delivered;
   try {
-    delivered = delivery_of({.mesh = input.checked.mesh, .format = "", .notes = {}, .modifiers = input.modifiers},
-                            print_of(options.spec).infill.percent_laid_down);
+    delivered = delivery_of(input.as_file(), print_of(options.spec).infill.percent_laid_down);
     const std::vector<Part> fixed = read_fixed(options, progress);
     delivered.parts.insert(delivered.parts.end(), fixed.begin(), fixed.end());
     if (!options.plugs.empty())
@@ -557,6 +556,8 @@ void run_verify(const Options& options, Stages& stages, const Progress& progress
   ReadMesh input = read(options.input, as_written, kChecksToJudge, progress);
   if (options.each) {
     refuse_unusable(input);
+    if (!input.pieces.empty())
+      throw Error(ErrorCode::usage, "'" + options.input.string() + "' holds one body in pieces: leave --each out.");
     if (!input.modifiers.empty())
       throw Error(ErrorCode::usage, "--each does not know whose the modifiers of '" + options.input.string() +
                                         "' are: save each body with its own as a file of its own.");
@@ -564,7 +565,7 @@ void run_verify(const Options& options, Stages& stages, const Progress& progress
     for_each_body(options, bodies_in(input, kChecksToJudge, progress), progress, verify_one);
     return;
   }
-  if (input.checked.report.usable) refuse_loose_bodies(options, input, progress);
+  if (input.checked.report.usable && input.pieces.empty()) refuse_loose_bodies(options, input, progress);
   verify_one(options, input, stages, progress);
 }
 
@@ -572,7 +573,7 @@ void run_verify(const Options& options, Stages& stages, const Progress& progress
 Pictures draw_looked_at(const Options& options, const ReadMesh& mesh, const Progress& progress) {
   progress.begin("draw");
   require_planes_meet(options, mesh.checked.mesh);
-  Delivery body = delivery_of({.mesh = mesh.checked.mesh, .format = "", .notes = {}, .modifiers = mesh.modifiers}, std::nullopt);
+  Delivery body = delivery_of(mesh.as_file(), std::nullopt);
   for (Part& part : read_fixed(options, progress)) body.parts.push_back(std::move(part));
   const double density = options.print.density_g_cm3;
   const MassProperties mass = mass_properties(moments_of(body, progress) + insert_moments(body, density), density);
@@ -587,9 +588,8 @@ Pictures draw_looked_at(const Options& options, const ReadMesh& mesh, const Prog
 
 void write_page(const Options& options, const ReadMesh& input, const Inspection& inspection) {
   if (options.html.empty()) return;
-  const MeshFile shown{.mesh = input.checked.mesh, .format = "", .notes = {}, .modifiers = input.modifiers};
   std::cout.flush();
-  write_text_file(options.html, to_html(inspection, delivery_of(shown, std::nullopt)));
+  write_text_file(options.html, to_html(inspection, delivery_of(input.as_file(), std::nullopt)));
 }
 
 void run_inspect(const Options& options, Stages& stages, const Progress& progress) {

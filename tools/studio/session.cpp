@@ -346,7 +346,8 @@ std::vector<std::string> Session::files_of(const Run& run) {
   std::set<std::string> names;
   for (const auto& entry : fs::directory_iterator(run.folder))
     if (entry.is_regular_file()) names.insert(entry.path().filename().string());
-  if (!print_of(options_of(run.wanted, run.mesh).spec).infill.wanted()) names.insert(other_format(run.output));
+  const Options options = options_of(run.wanted, run.mesh);
+  if (!print_of(options.spec).infill.wanted() && !makes_pieces(options)) names.insert(other_format(run.output));
   names.erase(run.mesh);
   names.erase(run.output);
   std::vector<std::string> files = {run.output};

@@ -35,6 +35,10 @@ struct MeshFile {
   std::vector<std::string> notes;  ///< things a user should know, such as ignored trailing bytes
   /// Of 3MF: modifiers with an infill of their own, not in `mesh`; the share is taken to be what the slicer calls it.
   std::vector<Part> modifiers = {};
+  /// Of a 3MF file with a body in pieces, as write_delivery writes it: each where it is in the whole, with its place on the bed.
+  /// `mesh` is then what they are together.
+  std::vector<Part> pieces = {};
+  std::vector<Part> inserts = {};  ///< what is put into such a body
 };
 
 /// Reads STL (binary, also when its header begins with "solid"; ASCII), OBJ (polygons, negative indices, groups), PLY
@@ -66,8 +70,9 @@ void write_mesh(const std::filesystem::path& path, const Mesh& mesh);
 bool can_write_infill(const std::filesystem::path& path);
 
 /// Writes the parts as one object, sparse regions as modifiers with their infill and without solid layers of their own; 3MF also
-/// with pauses, for PrusaSlicer. Inserts are not written.
-/// @throws Error as write_mesh; Error{usage} for sparse regions in a file that is not 3MF
+/// with pauses, for PrusaSlicer. Inserts are not written, but for those of a body in pieces: its pieces are objects that lie on
+/// the bed side by side, and what is put in is an object that is not built.
+/// @throws Error as write_mesh; Error{usage} for sparse regions or pieces in a file that is not 3MF
 void write_delivery(const std::filesystem::path& path, const Delivery& delivery, ThreeMfFlavor flavor = ThreeMfFlavor::prusa);
 
 /// The coordinates that reading a mesh back from `path` will give: rounded to float32 for .stl, otherwise unchanged.
