@@ -374,7 +374,7 @@ void describe(FloatVerdict& verdict) {
   const FloatSpec& spec = verdict.spec;
   verdict.goal = FloatSpec::kGoal;
   verdict.body = verdict.state.body;
-  verdict.figures = figures_of(verdict.state, spec);
+  put_first(figures_of(verdict.state, spec), verdict.figures);
   verdict.figures.push_back({.name = "with_more_plastic", .words = "", .value = records(verdict.state.heavier)});
   add_righting(verdict.state.righting, verdict.figures);
   const bool submerged = is_submerged(spec);
@@ -442,7 +442,7 @@ FloatVerdict verify(const Mesh& delivered, const Mesh* original, const FloatSpec
   verdict.spec = at_its_waterline(surface.mesh, std::nullopt, spec, progress);
   verdict.state = state_of(judged(surface.mesh, surface.outer, surface.material, spec), verdict.spec,
                            {limits, Judging::with_more_plastic, progress});
-  add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
+  add_surface_criteria(surface, {original != nullptr, spec.print, spec.up, limits.wall_ratio}, progress, verdict);
   conclude(verdict, surface.diagonal_mm, limits);
   return verdict;
 }
@@ -511,7 +511,7 @@ Verdict verify(const PrintedDelivery& delivered, const Mesh* original, const Spe
   Verdict both;
   const AllowedOutside outside(solid, original, spec, progress);
   const Surface surface = judge_surface(solid, outside.mesh(), progress, both);
-  add_surface_criteria(surface, {original != nullptr, print, limits.wall_ratio}, progress, both);
+  add_surface_criteria(surface, {original != nullptr, print, up_of(spec), limits.wall_ratio}, progress, both);
   outside.tell(both);
   if (!Surface::closed(both)) return both;
   const Moments s = delivered.printed + insert_moments(delivered.delivery, print.density_g_cm3);
@@ -521,7 +521,8 @@ Verdict verify(const PrintedDelivery& delivered, const Mesh* original, const Spe
   both.goal = std::move(verdict.goal);
   both.headline = std::move(verdict.headline);
   both.wanted = std::move(verdict.wanted);
-  both.figures = std::move(verdict.figures);
+  if (delivered.delivery.has_infill()) both.figures.clear();  // what it fills carries what lies above
+  put_first(std::move(verdict.figures), both.figures);
   both.body = verdict.body;
   const auto add = [](auto& to, auto& from) {
     to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));

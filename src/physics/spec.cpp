@@ -42,6 +42,15 @@ std::string core_material_names() { return names_of(words_for(core_materials()))
 
 std::string shown_point(const Eigen::Vector3d& p) { return shown(p.x(), 9) + "," + shown(p.y(), 9) + "," + shown(p.z(), 9); }
 
+TextPlace optional_direction_place(std::optional<Eigen::Vector3d>& direction, const char* unset) {
+  return {[&direction](const std::string& text) { direction = parse_direction(text); },
+          [&direction, unset]() -> std::string {
+            if (!direction) return unset;
+            Eigen::Vector3d shown = *direction;
+            return direction_place("", shown).show();
+          }};
+}
+
 /// @param option   that it is the value of, or a part of
 /// @param subject  of a complaint
 SpinAxis parse_axis(const char* option, const char* subject, const std::string& text) {
@@ -413,6 +422,13 @@ void check_balls(const Print& print) {
                 shown(balls.density_g_cm3) + " g/cm3.");
 }
 
+void check_self_supporting(const Print& print) {
+  if (print.self_supporting_deg == 0) return;
+  if (print.infill.wanted()) usage_error("Infill carries what lies above it: leave --self-supporting out, or the infill.");
+  if (print.core.wanted() || print.balls.wanted())
+    usage_error("--self-supporting does not know cores and balls: leave it out, or those.");
+}
+
 template <typename Spec>
 void check_rows(const Spec& spec, For purpose) {
   Spec copy = spec;
@@ -425,6 +441,7 @@ void check_rows(const Spec& spec, For purpose) {
     check_infill(spec.print);
     check_core(spec.print);
     check_balls(spec.print);
+    check_self_supporting(spec.print);
   }
   check_up(spec.up);
   check_density("density", spec.print.density_g_cm3);
@@ -661,7 +678,7 @@ Settings settings(Print& print, For purpose) {
                                return std::string("none");
                              },
                              words_for(materials())};
-  return {
+  Settings rows = {
       {.name = "material",
        .value = "NAME",
        .words = "one of: " + material_names(),
@@ -692,7 +709,27 @@ Settings settings(Print& print, For purpose) {
            "triangle can be nearer by a few percent along reentrant creases.",
        .place = &print.wall_mm,
        .range = purpose == For::judging ? Range{.lo = 0, .open = false} : Range::positive()},
+      {.name = "print-direction",
+       .value = "DIR",
+       .words = "of the mesh: upward on the bed (default: as it stands)",
+       .details =
+           "x, y, z, -x, -y, -z or X,Y,Z: how the mesh is laid on the bed in the slicer. Without it as it is to stand, float "
+           "or spin (--up), and in a file for a printer z. Roofs of cavities are those seen along it.",
+       .place = optional_direction_place(print.direction, "up")},
+      {.name = "self-supporting",
+       .value = "DEG",
+       .words = "roofs of cavities rise at least so much, like 45; 0: any",
+       .details =
+           "No roof of a cavity rises less than so many degrees from the horizontal along --print-direction, so that it prints "
+           "without supports inside: flatter ones are carried by cones on pillars, a little thicker than twice the wall. The goal "
+           "is "
+           "met with what is left of the room inside, and what that costs is told. A spin for which no direction is given may be "
+           "made to be printed lying, if that costs less.",
+       .place = &print.self_supporting_deg,
+       .range = {.lo = 0, .hi = 75, .open = false},
+       .applies = For::making},
   };
+  return asked_for(std::move(rows), purpose);
 }
 
 Settings settings(FloatSpec& spec, For purpose) {

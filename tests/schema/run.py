@@ -16,6 +16,7 @@ RUNS = [
     ("target", "duck.stl", "--mass", "50", "--resolution", "40"), ("pose", "die.stl", "--stand", "z", "--stand", "x", "--resolution", "40"),
     ("dice", "die.stl", "--resolution", "40"), ("verify", "duck.stl", "--goal", "float", "--density", "0.5", "--waterline", "20"), ("inspect", "duck.stl"),
     ("float", "duck.stl", "--resolution", "40", "--waterline", "2", "--allow", "waterline"),
+    ("stand", "teapot.stl", "--resolution", "40", "--self-supporting", "45", "--print-direction", "y"),
 ]
 
 

@@ -176,7 +176,6 @@ void for_each_body(const Options& options, std::vector<ReadMesh> bodies, const P
 std::string judged_again(const Options& options, const RunReport& report, bool with_original) {
   if (!report.hollow->slices.empty() && !report.print) return "";
   Options judging = options;
-  judging.placing.print_direction = options.slicer.print_direction;
   if (report.outside) {  // in millimetres, of its final size
     judging.input = report.outside->path;
     judging.size_mm.reset();
@@ -187,6 +186,8 @@ std::string judged_again(const Options& options, const RunReport& report, bool w
     judging.size_mm.reset();
     stand->flatten_mm = 0;
   }
+  if (const Eigen::Vector3d& up = options.slicer.print_direction; report.print && up != Eigen::Vector3d::UnitZ())
+    print_of(spec).direction = up;
   const std::string what = report.print ? report.print->path : report.output;
   return "\nto judge it again: " +
          printable(judging_command(judging, spec, what, with_original || report.print || report.outside)) + "\n";
@@ -240,6 +241,12 @@ private:
   std::string replaced_;
 };
 
+void judge_kept(const Options& options, const Delivery& delivered, const Spec& spec, Verdict& verdict, const Progress& progress) {
+  if (options.keep_solid.empty()) return;
+  const std::vector<Mesh> regions = read_kept_solid(options, progress);
+  judge_kept_solid(delivered.solid(), {.regions = regions, .wall_mm = print_of(spec).wall_mm}, verdict, progress);
+}
+
 /// Writes the hollowed mesh and a core beside their final places, has them judged as re-read from disk, and puts them in place if
 /// they pass.
 void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Progress& progress) {
@@ -284,6 +291,7 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   delivered.parts.insert(delivered.parts.end(), put_in.begin(), put_in.end());
   report.after =
       sliced ? sliced->judged(delivered, original, report, progress) : verify(delivered, &original, hollow.spec, {}, progress);
+  judge_kept(options, delivered, hollow.spec, report.after, progress);
   report.before = state_figures(original, hollow.spec, {}, progress);
   Pictures pictures;
   if (report.after.pass() && options.draws()) {
@@ -444,6 +452,7 @@ void verify_one(const Options& options, const ReadMesh& mesh, Stages& stages, co
     const std::vector<Part> fixed = read_fixed(options, progress);
     delivered.parts.insert(delivered.parts.end(), fixed.begin(), fixed.end());
     report.after = verify(delivered, original ? &original->checked.mesh : nullptr, options.spec, {}, progress);
+    judge_kept(options, delivered, options.spec, report.after, progress);
   } catch (const Error& error) {
     // The check says better than the judge what is wrong with a mesh that has no inside.
     if (error.code() == ErrorCode::input) refuse_unusable(input);
