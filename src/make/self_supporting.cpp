@@ -169,9 +169,14 @@ void tell(const Planned& all, const Slimmed& slim, const Print& print, HollowRes
   result.proof_figures.push_back({.name = "self_supporting", .words = "", .value = record});
 }
 
-}  // namespace
+/// All that leads to a plan, and that.
+struct Found {
+  Planned all;  ///< on all of the inner domain
+  Slimmed slim;
+  Spec spec;  ///< filled in, with its direction
+};
 
-HollowResult hollow_self_supporting(const Mesh& solid, const Spec& spec, const HollowOptions& options, const Progress& progress) {
+Found found(const Mesh& solid, const Spec& spec, const HollowOptions& options, const Progress& progress) {
   const Print& print = print_of(spec);
   if (options.solver != Solver::quadric)
     throw Error(ErrorCode::usage, "Only --solver quadric makes self-supporting cavities: leave the other solver out.");
@@ -180,22 +185,34 @@ HollowResult hollow_self_supporting(const Mesh& solid, const Spec& spec, const H
   Wanted wanted{solid, plain, radians(print.self_supporting_deg), up_of(spec)};
   const Planned all = planned(solid, plain, options, progress);
   wanted.direction = best_direction(directions_of(spec, options), wanted, options, progress);
-  const auto slim = [&] {
-    try {
-      return slimmed(wanted, all, options, progress);
-    } catch (const Error& error) {
-      if (error.code() != ErrorCode::goal) throw;
-      throw Error(ErrorCode::goal, "With cavities whose roofs rise at least " + degrees_words(print) + " along " +
-                                       shown(wanted.direction) + " (--self-supporting): " + error.what() +
-                                       " Without that it can be done: give a smaller angle, or another --print-direction.");
-    }
-  };
-  Slimmed found = slim();
-  HollowResult result = carry_out(found.planned.plan, found.options, progress);
-  Print& made = print_of(result.spec);
-  made.self_supporting_deg = print.self_supporting_deg;
-  if (!print.direction && (wanted.direction - up_of(spec).normalized()).norm() > 1e-9) made.direction = wanted.direction;
-  tell(all, found, print, result);
+  try {
+    Slimmed slim = slimmed(wanted, all, options, progress);
+    Spec filled = slim.planned.plan.spec;
+    Print& made = print_of(filled);
+    made.self_supporting_deg = print.self_supporting_deg;
+    if (!print.direction && (wanted.direction - up_of(spec).normalized()).norm() > 1e-9) made.direction = wanted.direction;
+    return {all, std::move(slim), std::move(filled)};
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::goal) throw;
+    throw Error(ErrorCode::goal, "With cavities whose roofs rise at least " + degrees_words(print) + " along " +
+                                     shown(wanted.direction) + " (--self-supporting): " + error.what() +
+                                     " Without that it can be done: give a smaller angle, or another --print-direction.");
+  }
+}
+
+}  // namespace
+
+Plan plan_self_supporting(const Mesh& solid, const Spec& spec, const HollowOptions& options, const Progress& progress) {
+  Found way = found(solid, spec, options, progress);
+  way.slim.planned.plan.spec = way.spec;
+  return std::move(way.slim.planned.plan);
+}
+
+HollowResult hollow_self_supporting(const Mesh& solid, const Spec& spec, const HollowOptions& options, const Progress& progress) {
+  Found way = found(solid, spec, options, progress);
+  HollowResult result = carry_out(way.slim.planned.plan, way.slim.options, progress);
+  print_of(result.spec) = print_of(way.spec);
+  tell(way.all, way.slim, print_of(spec), result);
   return result;
 }
 

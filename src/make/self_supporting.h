@@ -1,6 +1,6 @@
 #pragma once
 
-#include "rayrep/make/hollow.h"
+#include "make/plan.h"
 
 namespace rayrep::detail {
 
@@ -10,5 +10,8 @@ namespace rayrep::detail {
 /// theory.md (100)
 /// @throws Error{usage} with infill, cores, balls or another solver; Error{goal} with figures when nothing is left that does it
 HollowResult hollow_self_supporting(const Mesh& solid, const Spec& spec, const HollowOptions& options, const Progress& progress);
+
+/// The plan of that alone. @throws likewise
+Plan plan_self_supporting(const Mesh& solid, const Spec& spec, const HollowOptions& options, const Progress& progress);
 
 }  // namespace rayrep::detail
