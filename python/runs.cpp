@@ -158,6 +158,18 @@ std::vector<Part> fixed_parts(const Options& options, const Given& given, const 
   return parts;
 }
 
+std::vector<Mesh> kept_solid(const Options& options, const Progress& progress) {
+  std::vector<Mesh> regions;
+  for (const auto& path : options.keep_solid) regions.push_back(read_closed(path, options, progress));
+  return regions;
+}
+
+void judge_kept(const Options& options, const Delivery& judged, const Spec& spec, Verdict& verdict, const Progress& progress) {
+  if (options.keep_solid.empty()) return;
+  const std::vector<Mesh> regions = kept_solid(options, progress);
+  judge_kept_solid(judged.solid(), {.regions = regions, .wall_mm = print_of(spec).wall_mm}, verdict, progress);
+}
+
 RunReport start_report(const Options& options, const Input& input) {
   RunReport report;
   report.command = options.word;
@@ -167,8 +179,9 @@ RunReport start_report(const Options& options, const Input& input) {
   return report;
 }
 
-HollowOptions hollow_options(const Options& options, const std::vector<Part>& fixed) {
+HollowOptions hollow_options(const Options& options, const std::vector<Part>& fixed, const Progress& progress) {
   HollowOptions how = options.hollow;
+  how.keep_solid = kept_solid(options, progress);
   for (const Part& part : fixed) how.fixed.push_back({part});
   how.as_stored = [&options](const Mesh& mesh) { return as_stored(options.output, mesh); };
   return how;
@@ -239,7 +252,7 @@ Outcome hollow_once(Options options, const Given& given, const Progress& progres
   outcome.stored_as = tool::ending_of(options.output);
   outcome.flavor = options.flavor;
   const std::vector<Part> fixed = fixed_parts(options, given, progress);
-  HollowOptions how = hollow_options(options, fixed);
+  HollowOptions how = hollow_options(options, fixed, progress);
   const TemporaryFolder folder;
   std::optional<tool::SlicedBodies> sliced;
   const std::string gcode = options.gcode.filename().string();
@@ -269,6 +282,7 @@ Outcome hollow_once(Options options, const Given& given, const Progress& progres
   const Spec& spec = report.hollow->spec;
   report.after =
       sliced ? sliced->judged(outcome.judged, original, report, progress) : verify(outcome.judged, &original, spec, {}, progress);
+  judge_kept(options, outcome.judged, spec, report.after, progress);
   report.before = state_figures(original, spec, {}, progress);
   if (sliced && report.after.pass()) {
     sliced->deliver(report.hollow->best_slice);
@@ -316,7 +330,7 @@ Words changed(const Words& words, const Suggestion& change) {
 Advice advise(const Options& options, const Given& given, Search search, const Progress& progress) {
   const Input input = solid_for(options, given, progress);
   search.deform = deform_options(options, given, progress);
-  return suggest(input.checked.mesh, options.spec, hollow_options(options, fixed_parts(options, given, progress)), search,
+  return suggest(input.checked.mesh, options.spec, hollow_options(options, fixed_parts(options, given, progress), progress), search,
                  progress);
 }
 
@@ -430,6 +444,7 @@ Outcome verify(const Words& words, const Given& given, const Progress& progress)
     if (!options.plugs.empty())
       for (Part& part : tool::read_plugs(options.plugs)) outcome.judged.parts.push_back(std::move(part));
     outcome.report.after = verify(outcome.judged, original ? &outcome.given : nullptr, options.spec, {}, progress);
+    judge_kept(options, outcome.judged, options.spec, outcome.report.after, progress);
   } catch (const Error& error) {
     // The check says better than the judge what is wrong with a mesh that has no inside.
     if (error.code() == ErrorCode::input) refuse_unusable(input);

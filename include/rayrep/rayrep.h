@@ -62,6 +62,7 @@
 
 #include "rayrep/judge/verify.h"             // what a mesh is found to be
 #include "rayrep/judge/verify_mechanism.h"   // of several parts
+#include "rayrep/judge/kept_solid.h"         // whether it is solid where it shall be
 
 #include "rayrep/advice/suggest.h"           // what would do when a goal is out of reach
 

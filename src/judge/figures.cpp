@@ -1,5 +1,7 @@
 #include "judge/figures.h"
 
+#include <iterator>
+
 #include "base/text.h"
 
 namespace rayrep::verify_detail {
@@ -37,6 +39,11 @@ void add_print(const Print& print, Figures& wanted) {
   if (print.liquid_g_cm3 > 0) liquid.value = print.liquid_g_cm3;
   wanted.push_back(liquid);
   wanted.push_back({.name = "drained", .words = "", .value = print.drained});
+}
+
+void put_first(Figures first, Figures& figures) {
+  first.insert(first.end(), std::make_move_iterator(figures.begin()), std::make_move_iterator(figures.end()));
+  figures = std::move(first);
 }
 
 std::string place_words(const Eigen::Vector3d& p) {

@@ -24,6 +24,9 @@ Figures body_figures(const MassProperties& body, const char* mass_words);
 std::string print_words(const Print& print);
 void add_print(const Print& print, Figures& wanted);
 
+/// In front of those that are there: of a body before it was hollowed come as many.
+void put_first(Figures first, Figures& figures);
+
 /// "(1.000, 2.000, 3.000) mm"
 std::string place_words(const Eigen::Vector3d& p);
 

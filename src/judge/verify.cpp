@@ -377,7 +377,7 @@ void describe(FloatVerdict& verdict) {
   const FloatSpec& spec = verdict.spec;
   verdict.goal = FloatSpec::kGoal;
   verdict.body = verdict.state.body;
-  verdict.figures = figures_of(verdict.state, spec);
+  put_first(figures_of(verdict.state, spec), verdict.figures);
   verdict.figures.push_back({.name = "with_more_plastic", .words = "", .value = records(verdict.state.heavier)});
   add_righting(verdict.state.righting, verdict.figures);
   const bool submerged = is_submerged(spec);
@@ -445,7 +445,7 @@ FloatVerdict verify(const Mesh& delivered, const Mesh* original, const FloatSpec
   verdict.spec = at_its_waterline(surface.mesh, std::nullopt, spec, progress);
   verdict.state = state_of(judged(surface.mesh, surface.outer, surface.material, spec), verdict.spec,
                            {limits, Judging::with_more_plastic, progress});
-  add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
+  add_surface_criteria(surface, {original != nullptr, spec.print, spec.up, limits.wall_ratio}, progress, verdict);
   conclude(verdict, surface.diagonal_mm, limits);
   return verdict;
 }
@@ -517,7 +517,8 @@ Verdict verify(const PrintedDelivery& delivered, const Mesh* original, const Spe
   if (drained && !original)
     throw Error(ErrorCode::usage, "Holes are told from the rest of the outside by the original: name it (--original).");
   const Surface surface = judge_surface(solid, outside.mesh(), progress, both, drained ? &print.drains : nullptr);
-  add_surface_criteria(surface, {original != nullptr, print, limits.wall_ratio, outside.tolerance_mm()}, progress, both);
+  add_surface_criteria(surface, {original != nullptr, print, up_of(spec), limits.wall_ratio, outside.tolerance_mm()}, progress,
+                       both);
   outside.tell(both);
   if (!Surface::closed(both)) return both;
   Moments s = delivered.printed + insert_moments(delivered.delivery, print.density_g_cm3);
@@ -537,7 +538,8 @@ Verdict verify(const PrintedDelivery& delivered, const Mesh* original, const Spe
   both.goal = std::move(verdict.goal);
   both.headline = std::move(verdict.headline);
   both.wanted = std::move(verdict.wanted);
-  both.figures = std::move(verdict.figures);
+  if (delivered.delivery.has_infill()) both.figures.clear();  // what it fills carries what lies above
+  put_first(std::move(verdict.figures), both.figures);
   both.body = verdict.body;
   const auto add = [](auto& to, auto& from) {
     to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));

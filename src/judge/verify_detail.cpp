@@ -17,6 +17,7 @@
 #include "base/union_find.h"
 #include "judge/figures.h"
 #include "judge/outer_surface.h"
+#include "judge/overhang.h"
 #include "judge/pieces.h"
 #include "mesh/crossing.h"
 #include "mesh/mesh_edges.h"
@@ -373,6 +374,7 @@ Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progres
   if (Surface::closed(verdict) && verdict.crossing_triangles == 0)
     surface.misplaced_edges = misplaced_edges(mesh, cavity_triangles, progress);
   surface.material = Surface::closed(verdict) ? boundary_of_union(mesh, close, progress) : mesh;
+  surface.cavities = part(mesh, cavity_triangles);
   std::vector<int> wall_triangles = cavity_triangles;
   std::vector<int> unholed_triangles = outer_triangles;
   if (holed) {
@@ -413,6 +415,14 @@ void judge_trapped(const Surface& surface, const Print& print, const Progress& p
                           " g. If you will drill a hole into each, drain it and close the hole, say --drained.");
 }
 
+void tell_overhang(const Surface& surface, const SurfaceTerms& terms, const Progress& progress, Verdict& verdict) {
+  if (verdict.cavities == 0 || !Surface::closed(verdict)) return;
+  PrintedUp print;
+  print.direction = terms.print.direction.value_or(terms.up);
+  print.bed_mm = lowest_along(surface.mesh, print.direction.normalized());
+  verdict.figures = figures_of(overhang(surface.cavities, print, progress), print);
+}
+
 }  // namespace
 
 void add_surface_criteria(const Surface& surface, const SurfaceTerms& terms, const Progress& progress, Verdict& verdict) {
@@ -444,11 +454,12 @@ void add_surface_criteria(const Surface& surface, const SurfaceTerms& terms, con
     criteria.push_back(
         at_least("wall", "thinnest wall, over the wall asked for", verdict.smallest_wall_mm / wall_mm, terms.wall_ratio));
   judge_trapped(surface, terms.print, progress, verdict);
+  tell_overhang(surface, terms, progress, verdict);
 }
 
 void tell_body_alone(const Surface& surface, const Print& print, const std::string& unsaid, Verdict& verdict) {
   verdict.body = mass_properties(surface.material, print.density_g_cm3);
-  verdict.figures = body_figures(verdict.body, "mass");
+  put_first(body_figures(verdict.body, "mass"), verdict.figures);
   verdict.meaning.push_back("Its surface is not closed: " + unsaid + " nothing can be said.");
 }
 

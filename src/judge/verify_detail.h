@@ -36,6 +36,7 @@ double lowest_along(const Mesh& mesh, const Eigen::Vector3d& up);
 struct Surface {
   Mesh mesh;                         ///< vertices merged
   Mesh outer;                        ///< of these, the triangles that are not of cavity shells or islands
+  Mesh cavities;                     ///< and those of cavity shells
   Mesh material;                     ///< see material_of
   std::size_t inside_out_edges = 0;  ///< edges of shells that face inward but lie in nothing
   std::size_t misplaced_edges = 0;   ///< edges of cavities that do not lead from winding number 1 into 0
@@ -85,12 +86,14 @@ std::string scatter_words(double scatter_mm);
 struct SurfaceTerms {
   bool has_original;
   const Print& print;
+  const Eigen::Vector3d& up;  ///< of the goal: it is printed so, unless the print says otherwise
   double wall_ratio;
   double tolerance_mm = 0;  ///< by which more than rounding the outside may differ
 };
 
 /// Adds the criteria closed, outer_unchanged (with an original), no_islands, no_crossings, wall (with a cavity and a wall asked
-/// for) and trapped_resin (see Verdict) and their notes.
+/// for) and trapped_resin (see Verdict) and their notes, and to the figures, of closed cavities, what hangs in the air while they
+/// are printed.
 void add_surface_criteria(const Surface& surface, const SurfaceTerms& terms, const Progress& progress, Verdict& verdict);
 
 /// A print: what it looks like from outside, and what was laid down within.
@@ -125,7 +128,7 @@ Verdict_ judge_in_hull(const Judged& what, const Spec_& spec, const Conclude& co
   Verdict_ verdict;
   verdict.spec = spec;
   const Surface surface = judge_surface(what.delivered, what.original, what.progress, verdict);
-  add_surface_criteria(surface, {what.original != nullptr, spec.print, what.limits.wall_ratio}, what.progress, verdict);
+  add_surface_criteria(surface, {what.original != nullptr, spec.print, spec.up, what.limits.wall_ratio}, what.progress, verdict);
   if (Surface::closed(verdict)) {
     conclude(verdict, in_hull(surface.outer, mesh_moments(surface.material), what.progress), what.limits, what.progress);
   } else {

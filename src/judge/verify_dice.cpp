@@ -196,7 +196,7 @@ void conclude(DiceVerdict& verdict, const PrintInHull& print, const Limits& limi
   verdict.scatter_mm = print_scatter_mm(print.diagonal_mm);
   verdict.scattered = scattered(tumbler, verdict.state, spec, verdict.scatter_mm);
   progress.check();
-  verdict.figures = figures_of(verdict.state, spec);
+  put_first(figures_of(verdict.state, spec), verdict.figures);
   auto& criteria = verdict.criteria;
   if (!spec.load) {
     criteria.push_back(at_least("faces", "faces on which it comes to rest", static_cast<double>(verdict.state.rests.size()),

@@ -21,7 +21,8 @@ struct Delivered {
 Delivered judge_part(const MechanismPart& part, const Mesh* original, const Limits& limits, const Progress& progress,
                      Verdict& verdict) {
   const Surface surface = judge_surface(part.mesh, original, progress, verdict);
-  add_surface_criteria(surface, {original != nullptr, part.print, limits.wall_ratio}, progress, verdict);
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  // of a part by itself
+  add_surface_criteria(surface, {original != nullptr, part.print, up, limits.wall_ratio}, progress, verdict);
   const Moments s = mesh_moments(surface.material);
   verdict.body = mass_properties(s, part.print.density_g_cm3);
   return {surface.outer, 1e-3 * part.print.density_g_cm3 * s};

@@ -213,7 +213,7 @@ std::string continued(std::string sentence) {
 void conclude(PoseVerdict& verdict, const PrintInHull& print, const Limits& limits, const Progress& progress) {
   const Judged judged = judge_each(print, verdict.spec, limits, progress);
   verdict.body = mass_properties(print.s, verdict.spec.print.density_g_cm3);
-  verdict.figures = figures_of(judged, verdict.body);
+  put_first(figures_of(judged, verdict.body), verdict.figures);
   verdict.smallest_tipping_angle_rad = judged.smallest_tipping_angle_rad;
   verdict.poses = judged.poses;
   for (std::size_t n = 0; n < judged.poses.size(); ++n) {

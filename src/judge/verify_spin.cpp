@@ -213,7 +213,7 @@ void describe(SpinVerdict& verdict, const Limits& limits) {
   const Eigen::Vector3d place = place_of(spec);
   verdict.goal = spec.yoyo ? "yo-yo" : SpinSpec::kGoal;
   verdict.body = verdict.state.body;
-  verdict.figures = figures_of(verdict.state, spec, limits);
+  put_first(figures_of(verdict.state, spec, limits), verdict.figures);
   verdict.figures.push_back({.name = "scatter_mm", .words = "", .unit = Unit::mm, .value = verdict.scatter_mm});
   Figure lean{.name = "scatter_tilt_rad", .words = "", .unit = Unit::rad, .value = {}};
   if (verdict.scatter_tilt_rad) lean.value = *verdict.scatter_tilt_rad;
@@ -278,7 +278,7 @@ SpinVerdict verify(const Mesh& delivered, const Mesh* original, const SpinSpec& 
   const Surface surface = judge_surface(delivered, original, progress, verdict);
   verdict.spec = at_its_place(surface.mesh, original, spec, progress);
   verdict.state = state_of(mass_properties(surface.material, spec.print.density_g_cm3), verdict.spec);
-  add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
+  add_surface_criteria(surface, {original != nullptr, spec.print, spec.up, limits.wall_ratio}, progress, verdict);
   conclude(verdict, {surface.mesh, surface.diagonal_mm}, limits, progress);
   return verdict;
 }

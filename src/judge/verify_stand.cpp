@@ -84,7 +84,7 @@ void describe(StandVerdict& verdict) {
   const SupportPolygon& polygon = verdict.state.polygon;
   verdict.goal = StandSpec::kGoal;
   verdict.body = verdict.state.body;
-  verdict.figures = figures_of(verdict.state, spec);
+  put_first(figures_of(verdict.state, spec), verdict.figures);
   verdict.figures.push_back({.name = "scatter_mm", .words = "", .unit = Unit::mm, .value = verdict.scatter_mm});
   verdict.figures.push_back(
       {.name = "scattered_tipping_angle_rad", .words = "", .unit = Unit::rad, .value = verdict.scattered_tipping_angle_rad});
@@ -136,7 +136,7 @@ StandVerdict verify(const Mesh& delivered, const Mesh* original, const StandSpec
   const AllowedOutside outside(delivered, original, spec, progress);
   const Surface surface = judge_surface(delivered, outside.mesh(), progress, verdict);
   verdict.state = state_of(surface.material, mass_properties(surface.material, spec.print.density_g_cm3), spec);
-  add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
+  add_surface_criteria(surface, {original != nullptr, spec.print, spec.up, limits.wall_ratio}, progress, verdict);
   outside.tell(verdict);
   conclude(verdict, surface.diagonal_mm, limits);
   return verdict;

@@ -66,7 +66,7 @@ void describe(TargetVerdict& verdict) {
   const auto& deviations = verdict.state.deviations;
   verdict.goal = TargetSpec::kGoal;
   verdict.body = verdict.state.body;
-  verdict.figures = figures_of(verdict.state, spec);
+  put_first(figures_of(verdict.state, spec), verdict.figures);
   const std::size_t bounds =
       verdict.state.below.size() + verdict.state.beyond.size() + static_cast<std::size_t>(spec.least_spin_ratio.has_value());
   verdict.headline = "wanted: " + std::to_string(deviations.size()) + " of the ten numbers" +
@@ -127,7 +127,7 @@ TargetVerdict verify(const Mesh& delivered, const Mesh* original, const TargetSp
   verdict.spec = spec;
   const Surface surface = judge_surface(delivered, original, progress, verdict);
   verdict.state = state_of(mass_properties(surface.material, spec.print.density_g_cm3), surface.diagonal_mm, spec);
-  add_surface_criteria(surface, {original != nullptr, spec.print, limits.wall_ratio}, progress, verdict);
+  add_surface_criteria(surface, {original != nullptr, spec.print, spec.up, limits.wall_ratio}, progress, verdict);
   conclude(verdict, limits);
   return verdict;
 }

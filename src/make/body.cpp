@@ -10,6 +10,7 @@
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/mesh_check.h"
 #include "rayrep/physics/hydrostatics.h"
+#include "rays/kept_solid.h"
 
 namespace rayrep::detail {
 namespace {
@@ -42,12 +43,20 @@ double volume_mm3(const BlockField& field) {
   return cells * cell;
 }
 
+/// With rods where posts are to stand, and what is kept solid.
 Mesh with_posts(const Mesh& working, const Eigen::Affine3d& to_working, const Discretisation& options) {
   std::vector<Mesh> rooms;
   for (const Mesh& room : options.rooms) rooms.push_back(transformed(room, to_working));
   Mesh mesh = working;
   append(mesh, posts_below(rooms, working, options.wall_mm));
+  for (const Mesh& kept : options.keep_solid) append(mesh, transformed(kept, to_working));
   return mesh;
+}
+
+int triangles_of(const std::vector<Mesh>& meshes) {
+  std::size_t count = 0;
+  for (const Mesh& mesh : meshes) count += mesh.triangles.size();
+  return static_cast<int>(count);
 }
 
 /// Built, or kept from before.
@@ -74,6 +83,7 @@ Discretisation discretisation(const Print& print, const HollowOptions& options) 
   result.phases = phases_of(print);
   result.rooms = rooms_of(options.fixed);
   result.fixed = fixed_moments(options.fixed, print.density_g_cm3);
+  result.keep_solid = options.keep_solid;
   result.kept = options.kept;
   return result;
 }
@@ -90,6 +100,9 @@ void check(const HollowOptions& options, const Spec& spec) {
   }
   if (print_of(spec).drains.wanted() && options.as_printed)
     throw Error(ErrorCode::usage, "What a slicer makes of holes and plugs is not fed back: leave --drain out, or the slicer.");
+  for (const Mesh& kept : options.keep_solid)
+    if (!(mesh_moments(kept)[M1] > 0))
+      throw Error(ErrorCode::usage, "What is kept solid needs a closed surface that faces outward (--keep-solid).");
   if (options.max_passes < 1) throw Error(ErrorCode::usage, "At least one pass is needed.");
 }
 
@@ -99,7 +112,8 @@ Body::Body(Mesh mesh, const Eigen::Affine3d& frame, const Discretisation& option
       working(transformed(outer, to_working)),
       hull(outer_hull(working)),
       query(std::make_shared<const SurfaceQuery>(with_posts(working, to_working, options))),
-      phases_(options.phases) {
+      phases_(options.phases),
+      kept_from_(static_cast<int>(surface.mesh().triangles.size()) - triangles_of(options.keep_solid)) {
   const bool has_sealed_cavities = hull.triangles.size() < working.triangles.size();
   hull = boundary_of_union(hull, progress);
   if (options.require) options.require(hull);
@@ -123,6 +137,7 @@ Body::Body(const Body& outside, const Discretisation& options, const Progress& p
       height_mm(outside.height_mm),
       query(outside.query),
       phases_(options.phases),
+      kept_from_(outside.kept_from_),
       prepared_(outside.prepared_) {
   if (options.require) options.require(hull);
   find_inside(options, progress);
@@ -141,7 +156,7 @@ void Body::find_inside(const Discretisation& options, const Progress& progress) 
 }
 
 InnerDomain Body::domain(const InnerDomainOptions& options, const Progress& progress) const {
-  InnerDomain found = inner_domain(surface, options, progress);
+  InnerDomain found = detail::inner_domain({surface, kept_from_}, options, progress);
   RayGrid& grid = found.rays.grid;
   grid.weight = phases_.heavy - phases_.light;
   grid.most_mm3 = phases_.most_mm3;
@@ -193,6 +208,9 @@ bool Body::refine(const Discretisation& options, const Progress& progress) {
 }
 
 std::string Body::nothing_inside(const Discretisation& options, const Progress& progress) const {
+  if (!options.keep_solid.empty())
+    return "Nothing remains inside a wall of " + number(options.wall_mm, 2) +
+           " mm around the surface and what is kept solid that is large enough to print.";
   const ClosestPoint deepest = deepest_point(surface, progress);
   const Eigen::Vector3d at = to_working.inverse() * deepest.point_mm;
   const Eigen::Vector3d size = bounding_box(outer).sizes();

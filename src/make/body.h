@@ -22,6 +22,7 @@ struct Discretisation {
   Phases phases;
   std::vector<Mesh> rooms;          ///< of what is fixed in the body, in the frame given
   Moments fixed = Moments::Zero();  ///< of what is fixed in the body, unit density of the print, in the frame given
+  std::vector<Mesh> keep_solid;     ///< see HollowOptions
   /// Throws for a hull, in the working frame, with which it makes no sense to go on to the inner domain. May be empty.
   std::function<void(const Mesh& hull)> require = {};
   std::shared_ptr<KeptBodies> kept = {};  ///< see HollowOptions
@@ -41,7 +42,8 @@ struct Body {
   double size_mm = 0;
   double diagonal_mm = 0;
   double height_mm = 0;
-  std::shared_ptr<const SurfaceQuery> query;  ///< of `working`, with rods where posts are to stand under rooms
+  /// Of `working`, with rods where posts are to stand under rooms, and last what is kept solid.
+  std::shared_ptr<const SurfaceQuery> query;
   const SurfaceQuery& surface = *query;
   InnerDomain inner;
   std::optional<RayIntegrals> integrals;  ///< over the inner domain
@@ -60,6 +62,9 @@ struct Body {
   /// Of the lightest body: all that these rays of the inner domain go through is of the lighter phase.
   Moments lightest(const RayIntegrals& rays) const;
 
+  /// The first triangle of `query` that bounds what is kept solid.
+  int kept_from() const { return kept_from_; }
+
   /// `hull` as fluids ask for it, with what was found out about it so far.
   const PreparedHull& prepared_hull();
 
@@ -73,6 +78,7 @@ struct Body {
 
 private:
   Phases phases_;
+  int kept_from_;
   std::optional<PreparedHull> prepared_;
 
   void find_inside(const Discretisation& options, const Progress& progress);

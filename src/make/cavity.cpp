@@ -8,6 +8,7 @@
 
 #include "make/cavity_mender.h"
 #include "make/clipped_cavity.h"
+#include "make/ridges.h"
 #include "mesh/crossing.h"
 #include "mesh/decimate.h"
 #include "rayrep/mesh/level_set.h"
@@ -220,6 +221,7 @@ Mesh sound_surface(BlockField& field, const Fitter& fitter, const CavityOptions&
     std::vector<Eigen::Vector3d> before = all.vertices;
     if (chord_error_mm > 0) {
       fitter.approach(all);
+      if (options.sharp_ridges) detail::sharpen_ridges(all, surface, options.least_distance_mm(), field.spacing_mm);
       DecimatedMesh lighter = decimated(all, {chord_error_mm, options.as_delivered});
       const std::vector<double> closer = closer_mm(lighter, 0.5 * chord_error_mm);  // less than what the mender lets the wall lack
       all = std::move(lighter.mesh);
@@ -227,6 +229,7 @@ Mesh sound_surface(BlockField& field, const Fitter& fitter, const CavityOptions&
       fitter.fit_closer(all, closer);
     } else {
       fitter.fit(all, [](const Eigen::Vector3d&) { return true; });
+      if (options.sharp_ridges) detail::sharpen_ridges(all, surface, options.least_distance_mm(), field.spacing_mm);
     }
     const std::vector<std::size_t> crossing = mender.mend(all, std::vector<char>(all.vertices.size(), 1));
     result.crossing = crossing.size();

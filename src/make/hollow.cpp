@@ -10,6 +10,7 @@
 #include "make/drained_maker.h"
 #include "make/fixed.h"
 #include "make/plan.h"
+#include "make/self_supporting.h"
 #include "make/yoyo.h"
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/mesh_check.h"
@@ -160,6 +161,7 @@ HollowResult hollow(const Mesh& solid, const Spec& spec, const HollowOptions& op
     paused.pauses_mm = detail::pauses_mm(options.fixed, solid, up_of(spec));
     return hollow(solid, spec, paused, progress);
   }
+  if (print_of(spec).self_supporting_deg > 0) return detail::hollow_self_supporting(solid, spec, options, progress);
   if (const TargetSpec* target = std::get_if<TargetSpec>(&spec))
     if (const auto result = detail::hollow_determined(solid, *target, options, progress)) {
       if (!options.as_printed) return *result;

@@ -8,6 +8,7 @@
 #include "make/fixed.h"
 #include "make/kept_bodies.h"
 #include "make/plan.h"
+#include "make/self_supporting.h"
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/mesh_check.h"
 #include "rays/positive_part.h"
@@ -26,6 +27,7 @@ void refuse_whole_runs(const Spec& spec) {
 }
 
 detail::Plan plan_of(const Mesh& solid, const Spec& spec, const HollowOptions& options, const Progress& progress) {
+  if (print_of(spec).self_supporting_deg > 0) return detail::plan_self_supporting(solid, spec, options, progress);
   return std::visit([&](const auto& s) { return detail::plan(solid, s, options, progress); }, spec);
 }
 

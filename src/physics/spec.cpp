@@ -43,6 +43,15 @@ std::string core_material_names() { return names_of(words_for(core_materials()))
 
 std::string shown_point(const Eigen::Vector3d& p) { return shown(p.x(), 9) + "," + shown(p.y(), 9) + "," + shown(p.z(), 9); }
 
+TextPlace optional_direction_place(std::optional<Eigen::Vector3d>& direction, const char* unset) {
+  return {[&direction](const std::string& text) { direction = parse_direction(text); },
+          [&direction, unset]() -> std::string {
+            if (!direction) return unset;
+            Eigen::Vector3d shown = *direction;
+            return direction_place("", shown).show();
+          }};
+}
+
 /// @param option   that it is the value of, or a part of
 /// @param subject  of a complaint
 SpinAxis parse_axis(const char* option, const char* subject, const std::string& text) {
@@ -539,13 +548,6 @@ Settings drain_rows(Print& print, For purpose) {
        .details = "",
        .place = &drains.clearance_mm,
        .range = {.lo = 0, .hi = 1, .open = false},
-       .rare = true},
-      {.name = "print-direction",
-       .value = "DIR",
-       .words = "of the mesh: upward on the bed (default: what points up)",
-       .details = "x, y, z, -x, -y, -z or X,Y,Z: as the mesh is laid on the bed in the slicer.",
-       .place = TextPlace{[&print](const std::string& text) { print.direction = parse_direction(text); },
-                          [&print] { return print.direction ? shown_point(*print.direction) : std::string("as it stands"); }},
        .rare = true}};
 }
 
@@ -556,6 +558,13 @@ void check_cut(const Print& print) {
   if (print.core.wanted()) usage_error("A body with a heavy core" + alone);
   if (print.balls.wanted()) usage_error("A body with balls in it" + alone);
   if (print.drains.wanted()) usage_error("The cut opens every cavity, so that nothing stays in it: leave --drain or --cut out.");
+}
+
+void check_self_supporting(const Print& print) {
+  if (print.self_supporting_deg == 0) return;
+  if (print.infill.wanted()) usage_error("Infill carries what lies above it: leave --self-supporting out, or the infill.");
+  if (print.core.wanted() || print.balls.wanted())
+    usage_error("--self-supporting does not know cores and balls: leave it out, or those.");
 }
 
 template <typename Spec>
@@ -571,6 +580,7 @@ void check_rows(const Spec& spec, For purpose) {
     check_core(spec.print);
     check_balls(spec.print);
     check_cut(spec.print);
+    check_self_supporting(spec.print);
   }
   check_drains(spec.print, purpose);
   check_up(spec.up);
@@ -850,33 +860,55 @@ Settings settings(Print& print, For purpose) {
                       "triangle can be nearer by a few percent along reentrant creases.",
            .place = &print.wall_mm,
            .range = purpose == For::judging ? Range{.lo = 0, .open = false} : Range::positive()},
-      {.name = "cut",
-       .value = "PLANES",
-       .words = "in pieces that lie on their cuts: auto, or z=10, 'z=10;x=0'",
-       .details =
-           "auto: as few planes as open every cavity (one for up to three), with little overhang in the pieces lying on their "
-           "cuts, a short seam and room for pins. Planes that are given are directions with an offset in mm, ; between them. All "
-           "are moved by up to 0.02 mm to pass no vertex. Where there is room both sides of a cut have up to three holes for "
-           "pins, the filament's own unless --pin-diameter says otherwise; they count, with the air around them. Writes 3MF: "
-           "pieces lie on the bed side by side, and verify sees them put together.",
-       .place = cut_place(print.cut),
-       .applies = For::making},
-      {.name = "pin-diameter",
-       .value = "MM",
-       .words = "of the pins between pieces, of the density of the print",
-       .details = "1.75: pieces of filament.",
-       .place = &print.cut.pin_diameter_mm,
-       .range = {.lo = 0.5, .hi = 20, .open = false},
-       .applies = For::making,
-       .rare = true},
-      {.name = "pin-clearance",
-       .value = "MM",
-       .words = "of their holes, all around",
-       .details = "",
-       .place = &print.cut.clearance_mm,
-       .range = {.lo = 0, .hi = 1, .open = false},
-       .applies = For::making,
-       .rare = true},
+          {.name = "cut",
+           .value = "PLANES",
+           .words = "in pieces that lie on their cuts: auto, or z=10, 'z=10;x=0'",
+           .details =
+               "auto: as few planes as open every cavity (one for up to three), with little overhang in the pieces lying on their "
+               "cuts, a short seam and room for pins. Planes that are given are directions with an offset in mm, ; between them. "
+               "All "
+               "are moved by up to 0.02 mm to pass no vertex. Where there is room both sides of a cut have up to three holes for "
+               "pins, the filament's own unless --pin-diameter says otherwise; they count, with the air around them. Writes 3MF: "
+               "pieces lie on the bed side by side, and verify sees them put together.",
+           .place = cut_place(print.cut),
+           .applies = For::making},
+          {.name = "pin-diameter",
+           .value = "MM",
+           .words = "of the pins between pieces, of the density of the print",
+           .details = "1.75: pieces of filament.",
+           .place = &print.cut.pin_diameter_mm,
+           .range = {.lo = 0.5, .hi = 20, .open = false},
+           .applies = For::making,
+           .rare = true},
+          {.name = "pin-clearance",
+           .value = "MM",
+           .words = "of their holes, all around",
+           .details = "",
+           .place = &print.cut.clearance_mm,
+           .range = {.lo = 0, .hi = 1, .open = false},
+           .applies = For::making,
+           .rare = true},
+          {.name = "print-direction",
+           .value = "DIR",
+           .words = "of the mesh: upward on the bed (default: as it stands)",
+           .details =
+               "x, y, z, -x, -y, -z or X,Y,Z: how the mesh is laid on the bed in the slicer. Without it as it is to stand, float "
+               "or spin (--up), and in a file for a printer z. Roofs of cavities are those seen along it.",
+           .place = optional_direction_place(print.direction, "up")},
+          {.name = "self-supporting",
+           .value = "DEG",
+           .words = "roofs of cavities rise at least so much, like 45; 0: any",
+           .details =
+               "No roof of a cavity rises less than so many degrees from the horizontal along --print-direction, so that it prints "
+               "without supports inside: flatter ones are carried by cones on pillars, a little thicker than twice the wall. The "
+               "goal "
+               "is "
+               "met with what is left of the room inside, and what that costs is told. A spin for which no direction is given may "
+               "be "
+               "made to be printed lying, if that costs less.",
+           .place = &print.self_supporting_deg,
+           .range = {.lo = 0, .hi = 75, .open = false},
+           .applies = For::making},
       },
       purpose);
   for (Setting& row : drain_rows(print, purpose)) rows.push_back(std::move(row));

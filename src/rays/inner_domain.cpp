@@ -8,6 +8,7 @@
 #include <queue>
 
 #include "base/union_find.h"
+#include "rays/kept_solid.h"
 
 namespace rayrep {
 namespace {
@@ -91,9 +92,18 @@ private:
   double wall_;
 };
 
-void sample_field(const SurfaceQuery& surface, const InnerDomainOptions& options, BlockField& field, CastReport& cast,
+/// Of the solid, without what is kept of it.
+Eigen::AlignedBox3d box_of(const detail::KeptSolid& solid) {
+  const Mesh& mesh = solid.surface.mesh();
+  Eigen::AlignedBox3d box;
+  for (std::size_t t = 0; t < mesh.triangles.size() && static_cast<int>(t) < solid.kept_from; ++t)
+    for (int k = 0; k < 3; ++k) box.extend(mesh.corner(t, k));
+  return box;
+}
+
+void sample_field(const detail::KeptSolid& solid, const InnerDomainOptions& options, BlockField& field, CastReport& cast,
                   const Progress& progress) {
-  const Eigen::AlignedBox3d box = bounding_box(surface.mesh());
+  const Eigen::AlignedBox3d box = box_of(solid);
   field.spacing_mm = options.field_spacing_mm;
   // Off the box's corner by an irrational fraction: columns avoid the edges of CAD models.
   field.origin_mm = box.min() - field.spacing_mm * Eigen::Vector3d(0.5041421356237309, 0.5073205080756888, 0.5023606797749979);
@@ -105,9 +115,9 @@ void sample_field(const SurfaceQuery& surface, const InnerDomainOptions& options
   grid.spacing_mm = field.spacing_mm;
   grid.nx = field.blocks.x() * kSide;
   grid.ny = field.blocks.y() * kSide;
-  const RayRep columns = cast_rays(surface, grid, Region::single_layer, &cast, progress);
+  const RayRep columns = detail::cast_rays(solid, grid, &cast, progress);
 
-  const OffsetSampler sampler(surface, columns, field, options.wall_mm);
+  const OffsetSampler sampler(solid.surface, columns, field, options.wall_mm);
   field.state.assign(static_cast<std::size_t>(field.blocks.x()) * static_cast<std::size_t>(field.blocks.y()) *
                          static_cast<std::size_t>(field.blocks.z()),
                      BlockField::kOutside);
@@ -346,18 +356,22 @@ void drop_small_components(InnerDomain& domain, double min_mm3) {
 }  // namespace
 
 InnerDomain inner_domain(const SurfaceQuery& surface, const InnerDomainOptions& options, const Progress& progress) {
+  return detail::inner_domain({surface}, options, progress);
+}
+
+InnerDomain detail::inner_domain(const KeptSolid& solid, const InnerDomainOptions& options, const Progress& progress) {
   InnerDomain domain;
-  sample_field(surface, options, domain.field, domain.cast, progress);
+  sample_field(solid, options, domain.field, domain.cast, progress);
 
   progress.begin("rays");
   CastReport cast;
-  const RayGrid grid = covering_grid(bounding_box(surface.mesh()), options.ray_spacing_mm);
-  const RayRep solid = cast_rays(surface, grid, Region::single_layer, &cast, progress);
+  const RayGrid grid = covering_grid(box_of(solid), options.ray_spacing_mm);
+  const RayRep open = cast_rays(solid, grid, &cast, progress);
   if (domain.cast.bad == 0) domain.cast.first_bad_mm = cast.first_bad_mm;
   domain.cast.rays += cast.rays;
   domain.cast.recast += cast.recast;
   domain.cast.bad += cast.bad;
-  domain.rays = trim_rays(surface, solid, domain.field, options.wall_mm, progress);
+  domain.rays = trim_rays(solid.surface, open, domain.field, options.wall_mm, progress);
   drop_small_components(domain, options.min_component_mm3);
   return domain;
 }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rays/kept_solid.h"
+
 namespace rayrep {
 namespace {
 
@@ -20,22 +22,36 @@ void join_coincident(std::vector<LineHit>& hits, double tolerance_mm) {
   }
 }
 
-/// True when the winding number along the ray never falls below 0 and ends at 0.
-bool closes(const std::vector<LineHit>& hits) {
-  int winding = 0;
+/// Winding numbers along a ray: of the solid, and of what is kept of it.
+class Windings {
+public:
+  explicit Windings(int kept_from) : kept_from_(kept_from) {}
+  void pass(const LineHit& hit) { (hit.triangle < kept_from_ ? solid_ : kept_) += hit.sign; }
+  bool negative() const { return solid_ < 0 || kept_ < 0; }
+  bool none() const { return solid_ == 0 && kept_ == 0; }
+  bool in(Region region) const { return kept_ == 0 && (region == Region::solid ? solid_ > 0 : solid_ == 1); }
+
+private:
+  int kept_from_;
+  int solid_ = 0;
+  int kept_ = 0;
+};
+
+/// True when no winding number along the ray ever falls below 0 and all end at 0.
+bool closes(const std::vector<LineHit>& hits, int kept_from) {
+  Windings windings(kept_from);
   for (const LineHit& hit : hits) {
-    winding += hit.sign;
-    if (winding < 0) return false;
+    windings.pass(hit);
+    if (windings.negative()) return false;
   }
-  return winding == 0;
+  return windings.none();
 }
 
-void append_intervals(const std::vector<LineHit>& hits, Region region, std::vector<Interval>& intervals) {
-  int winding = 0;
+void append_intervals(const std::vector<LineHit>& hits, Windings windings, Region region, std::vector<Interval>& intervals) {
   bool inside = false;
   for (const LineHit& hit : hits) {
-    winding += hit.sign;
-    const bool now = region == Region::solid ? winding > 0 : winding == 1;
+    windings.pass(hit);
+    const bool now = windings.in(region);
     if (now == inside) continue;
     inside = now;
     if (inside) {
@@ -49,9 +65,8 @@ void append_intervals(const std::vector<LineHit>& hits, Region region, std::vect
   }
 }
 
-}  // namespace
-
-RayRep cast_rays(const SurfaceQuery& surface, const RayGrid& grid, Region region, CastReport* report, const Progress& progress) {
+RayRep cast(const detail::KeptSolid& solid, const RayGrid& grid, Region region, CastReport* report, const Progress& progress) {
+  const auto& [surface, kept_from] = solid;
   const Eigen::AlignedBox3d box = bounding_box(surface.mesh());
   const double tolerance_mm = box.isEmpty() ? 0 : 1e-9 * box.diagonal().norm();
   const auto rows = static_cast<std::size_t>(grid.ny);
@@ -72,12 +87,12 @@ RayRep cast_rays(const SurfaceQuery& surface, const RayGrid& grid, Region region
       for (std::size_t i = 0; i < columns; ++i) {
         const std::size_t ray = j * columns + i;
         const Eigen::Vector2d xy = grid.at(ray);
-        answers[ray] = closed_line_hits(surface, xy, hits, [tolerance_mm](std::vector<LineHit>& found) {
+        answers[ray] = closed_line_hits(surface, xy, hits, [tolerance_mm, from = kept_from](std::vector<LineHit>& found) {
           join_coincident(found, tolerance_mm);
-          return closes(found);
+          return closes(found, from);
         });
         of_ray.clear();
-        if (answers[ray] != LineAnswer::open) append_intervals(hits, region, of_ray);
+        if (answers[ray] != LineAnswer::open) append_intervals(hits, Windings(kept_from), region, of_ray);
         rays.first[ray + 1] = static_cast<std::uint32_t>(of_ray.size());
         row_intervals[j].insert(row_intervals[j].end(), of_ray.begin(), of_ray.end());
       }
@@ -96,6 +111,16 @@ RayRep cast_rays(const SurfaceQuery& surface, const RayGrid& grid, Region region
     }
   }
   return rays;
+}
+
+}  // namespace
+
+RayRep cast_rays(const SurfaceQuery& surface, const RayGrid& grid, Region region, CastReport* report, const Progress& progress) {
+  return cast({surface}, grid, region, report, progress);
+}
+
+RayRep detail::cast_rays(const KeptSolid& solid, const RayGrid& grid, CastReport* report, const Progress& progress) {
+  return cast(solid, grid, Region::single_layer, report, progress);
 }
 
 RayGrid covering_grid(const Eigen::AlignedBox3d& box, double spacing_mm) {

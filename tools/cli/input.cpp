@@ -85,9 +85,16 @@ std::vector<Part> read_fixed(const Options& options, const Progress& progress) {
   return parts;
 }
 
+std::vector<Mesh> read_kept_solid(const Options& options, const Progress& progress) {
+  std::vector<Mesh> regions;
+  for (const auto& path : options.keep_solid) regions.push_back(read_closed(path, options, progress));
+  return regions;
+}
+
 HollowOptions hollow_options(const Options& options, const Progress& progress) {
   HollowOptions how = options.hollow;
   for (Part& part : read_fixed(options, progress)) how.fixed.push_back({std::move(part)});
+  how.keep_solid = read_kept_solid(options, progress);
   how.as_stored = [&options](const Mesh& mesh) { return as_stored(options.output, mesh); };
   return how;
 }

@@ -37,6 +37,7 @@ void refuse_loose_bodies(const Options& options, ReadMesh& mesh, const Progress&
 Mesh read_closed(const std::filesystem::path& path, const Options& options, const Progress& progress);
 
 /// The bodies that are not printed. @throws Error{input} for one that is not closed
+std::vector<Mesh> read_kept_solid(const Options& options, const Progress& progress);
 std::vector<Part> read_fixed(const Options& options, const Progress& progress);
 
 /// Those of the command line, with what they name read. Keeps a reference to them.

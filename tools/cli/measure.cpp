@@ -21,6 +21,7 @@ Measurement measured(const Options& options, const Mesh* mesh, const std::string
                                       "support, wipe tower, or start and end code.");
   if (mesh) {
     PlacePrintOptions placing = options.placing;
+    placing.print_direction = print.direction.value_or(placing.print_direction);
     placing.turned_rad = options.turned_deg * std::numbers::pi / 180;
     result.placed = place_print(printed, *mesh, placing);
     result.mesh = mesh_name;

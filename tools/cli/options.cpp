@@ -187,11 +187,6 @@ Settings print_rows(Options& options) {
            .range = Range::positive(),
            .unset = "as the file says",
            .rare = true},
-          {.name = "print-direction",
-           .value = "DIR",
-           .words = "of the mesh: upward on the bed",
-           .details = "x, y, z, -x, -y, -z or X,Y,Z: as the mesh was laid on the bed in the slicer.",
-           .place = direction_place("print-direction", options.placing.print_direction)},
           {.name = "turned",
            .value = "DEG",
            .words = "the mesh was turned on the bed by",
@@ -278,6 +273,20 @@ Setting fixed_row(Options& options, const char* details) {
                                std::string text;
                                for (const FixedFile& file : options.fixed)
                                  text += (text.empty() ? "" : ", ") + file.path.string() + "=" + text_of(file.density_g_cm3);
+                               return text.empty() ? std::string("none") : text;
+                             }},
+          .repeated = true};
+}
+
+Setting keep_solid_row(Options& options, const char* details) {
+  return {.name = "keep-solid",
+          .value = "FILE",
+          .words = "a mesh: no cavity in it, nor within the wall of it",
+          .details = details,
+          .place = TextPlace{[&options](const std::string& text) { options.keep_solid.emplace_back(text); },
+                             [&options] {
+                               std::string text;
+                               for (const auto& path : options.keep_solid) text += (text.empty() ? "" : ", ") + path.string();
                                return text.empty() ? std::string("none") : text;
                              }},
           .repeated = true};
@@ -554,6 +563,10 @@ std::vector<Group> hollow_groups(Options& options) {
       "A magnet, bolt, coin or motor: a mesh in mm, where it is in the finished body (--unit and --size do not move it), "
       "with room for play if it needs any. Its room is kept free, and the wall from the surface and from cavities. May be "
       "given several times."));
+  making.settings.push_back(keep_solid_row(
+      options,
+      "Where a hook, an eye, an insert or a screw shall hold: a closed mesh in mm, where it is in the finished body (--unit and "
+      "--size do not move it); it may reach out of it. What it costs is in what is proven. May be given several times."));
   Group outside{"Changing the outside", settings(options.deform)};
   outside.settings.insert(outside.settings.begin() + 1, deform_fixed_row(options));
   Group files{"Files", output_rows(options)};
@@ -594,6 +607,8 @@ std::vector<Group> verify_groups(Options& options) {
                               .details = "A mesh in mm, each plug where it is in the body. A 3MF file of rayrep has them in it.",
                               .place = path_place(options.plugs),
                               .rare = true});
+  judging.settings.push_back(keep_solid_row(
+      options, "In mm, where it is in the body. How near cavities come to it is judged (kept_solid). May be given several times."));
   judging.settings.push_back({.name = "original",
                               .value = "FILE",
                               .words = "required outer surface, of --unit and --size",
@@ -612,7 +627,9 @@ Settings density_rows(Print& print) {
 }
 
 std::vector<Group> measure_groups(Options& options) {
-  Group print{"The print", density_rows(options.print)};
+  Group print{"The print", settings(options.print, For::judging)};
+  std::erase_if(print.settings,
+                [](const Setting& s) { return s.name != "material" && s.name != "density" && s.name != "print-direction"; });
   append(print.settings, print_rows(options));
   Group mesh{"The mesh in it",
              {{.name = "of",
@@ -1106,6 +1123,7 @@ void check_print(const Given& given, Options& options) {
 /// @throws Error{usage} for what --each does not go with
 void check_each(const Options& options) {
   if (!options.each) return;
+  if (!options.keep_solid.empty()) usage_error("--keep-solid does not say which body it is in: save each as a file of its own.");
   if (!options.fixed.empty()) usage_error("--fixed does not say which body it is in: save each as a file of its own.");
   if (options.json) usage_error("--json is for one body: --report FILE.json writes FILE-1.json, FILE-2.json ...");
   if (options.rigid) usage_error("--rigid makes one body of all, --each treats them one by one: give either.");
@@ -1124,11 +1142,7 @@ void check_spec(const Options& options) {
 
 /// The way up on the bed is that of the body, unless its goal has none.
 void choose_print_direction(Options& options) {
-  std::visit(
-      [&options](const auto& s) {
-        if constexpr (requires { s.up; }) options.slicer.print_direction = s.up;
-      },
-      options.spec);
+  std::visit([&options](const auto& s) { options.slicer.print_direction = s.print.direction.value_or(s.up); }, options.spec);
 }
 
 /// @throws Error{usage} for what goes with a slicer or with G-code only
@@ -1346,6 +1360,7 @@ void refuse_overwriting(const Options& options) {
   };
   std::vector<std::filesystem::path> read = {options.input, options.original, options.spec_file};
   for (const FixedFile& file : options.fixed) read.push_back(file.path);
+  read.insert(read.end(), options.keep_solid.begin(), options.keep_solid.end());
   read.insert(read.end(), options.deform_fixed.begin(), options.deform_fixed.end());
   read.push_back(options.plugs);
   const std::vector<std::filesystem::path> written = options.meshes();
@@ -1577,11 +1592,13 @@ std::string judging_command(const Options& options, const Spec& spec, const std:
   const std::vector<Group> now = groups_of(syntax, judging);
   const std::vector<Group> before = groups_of(syntax, usual);
   for (const FixedFile& file : options.fixed) text += " --fixed " + quoted(file.path.string() + "=" + text_of(file.density_g_cm3));
+  for (const auto& path : options.keep_solid) text += " --keep-solid " + quoted(path.string());
   if (!options.insert_output.empty())
     text += " --fixed " + quoted(options.insert_output.string() + "=" + text_of(options.insert_density()));
   if (!options.plug_output.empty()) text += " --plugs " + quoted(options.plug_output.string());
-  static const std::set<std::string> kOther = {"fixed",  "plugs", "unit",  "size",    "memory",  "goal", "each",    "original",
-                                               "report", "html",  "quiet", "verbose", "threads", "help", "section", "picture"};
+  static const std::set<std::string> kOther = {"fixed",   "keep-solid", "plugs",    "unit",    "size",   "memory",
+                                               "goal",    "each",       "original", "report",  "html",   "quiet",
+                                               "verbose", "threads",    "help",     "section", "picture"};
   for (std::size_t g = 0; g < now.size(); ++g)
     for (std::size_t n = 0; n < now[g].settings.size(); ++n) {
       const Setting& s = now[g].settings[n];

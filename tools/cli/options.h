@@ -84,19 +84,20 @@ struct Options {
   bool rigid = false;             ///< bodies that do not touch are held together by something
   bool each = false;              ///< bodies that do not touch are treated one by one
 
-  std::string goal = "float";     ///< hollow, verify: one of the goals' words
-  Spec spec;                      ///< hollow, verify: what MESH is, or shall be, for
-  Print print;                    ///< inspect, measure
-  bool density_given = false;     ///< by --density or --material
-  BatchOptions batch;             ///< batch
-  StudioOptions studio;           ///< studio
-  SceneOptions scene;             ///< scene, motion, carve, balance
-  std::vector<Job> sweep;         ///< sweep: what it writes
-  std::vector<std::string> vary;  ///< and of what: NAME=VALUES
-  PrintedOptions printed;         ///< of a file for a printer: how it is read,
-  PlacePrintOptions placing;      ///< and how the mesh lies in it, but for
-  double turned_deg = 0;          ///< by which it is turned on the bed
-  std::vector<FixedFile> fixed;   ///< hollow, verify: in mm, in the place where they are in the body
+  std::string goal = "float";                     ///< hollow, verify: one of the goals' words
+  Spec spec;                                      ///< hollow, verify: what MESH is, or shall be, for
+  Print print;                                    ///< inspect, measure
+  bool density_given = false;                     ///< by --density or --material
+  BatchOptions batch;                             ///< batch
+  StudioOptions studio;                           ///< studio
+  SceneOptions scene;                             ///< scene, motion, carve, balance
+  std::vector<Job> sweep;                         ///< sweep: what it writes
+  std::vector<std::string> vary;                  ///< and of what: NAME=VALUES
+  PrintedOptions printed;                         ///< of a file for a printer: how it is read,
+  PlacePrintOptions placing;                      ///< and how the mesh lies in it, but for
+  double turned_deg = 0;                          ///< by which it is turned on the bed
+  std::vector<FixedFile> fixed;                   ///< hollow, verify: in mm, in the place where they are in the body
+  std::vector<std::filesystem::path> keep_solid;  ///< likewise: closed meshes in which there shall be no cavity
   HollowOptions hollow;
   DeformOptions deform;                             ///< without a limit the outside stays as it is
   std::vector<std::filesystem::path> deform_fixed;  ///< meshes, in mm, where they are in the body: what lies in them does not move

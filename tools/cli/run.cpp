@@ -177,7 +177,6 @@ void for_each_body(const Options& options, std::vector<ReadMesh> bodies, const P
 std::string judged_again(const Options& options, const RunReport& report, bool with_original) {
   if (!report.hollow->slices.empty() && !report.print) return "";
   Options judging = options;
-  judging.placing.print_direction = options.slicer.print_direction;
   if (report.outside) {  // in millimetres, of its final size
     judging.input = report.outside->path;
     judging.size_mm.reset();
@@ -188,6 +187,8 @@ std::string judged_again(const Options& options, const RunReport& report, bool w
     judging.size_mm.reset();
     stand->flatten_mm = 0;
   }
+  if (const Eigen::Vector3d& up = options.slicer.print_direction; report.print && up != Eigen::Vector3d::UnitZ())
+    print_of(spec).direction = up;
   const std::string what = report.print ? report.print->path : report.output;
   return "\nto judge it again: " +
          printable(judging_command(judging, spec, what, with_original || report.print || report.outside)) + "\n";
@@ -246,6 +247,12 @@ private:
   std::string replaced_;
 };
 
+void judge_kept(const Options& options, const Delivery& delivered, const Spec& spec, Verdict& verdict, const Progress& progress) {
+  if (options.keep_solid.empty()) return;
+  const std::vector<Mesh> regions = read_kept_solid(options, progress);
+  judge_kept_solid(delivered.solid(), {.regions = regions, .wall_mm = print_of(spec).wall_mm}, verdict, progress);
+}
+
 /// Writes the hollowed mesh and a core beside their final places, has them judged as re-read from disk, and puts them in place if
 /// they pass.
 void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Progress& progress) {
@@ -296,6 +303,7 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   delivered.parts.insert(delivered.parts.end(), plugs.begin(), plugs.end());
   report.after =
       sliced ? sliced->judged(delivered, original, report, progress) : verify(delivered, &original, hollow.spec, {}, progress);
+  judge_kept(options, delivered, hollow.spec, report.after, progress);
   report.before = state_figures(original, hollow.spec, {}, progress);
   Pictures pictures;
   if (report.after.pass() && options.draws()) {
@@ -457,6 +465,7 @@ void verify_one(const Options& options, const ReadMesh& mesh, Stages& stages, co
     if (!options.plugs.empty())
       for (Part& part : read_plugs(options.plugs)) delivered.parts.push_back(std::move(part));
     report.after = verify(delivered, original ? &original->checked.mesh : nullptr, options.spec, {}, progress);
+    judge_kept(options, delivered, options.spec, report.after, progress);
   } catch (const Error& error) {
     // The check says better than the judge what is wrong with a mesh that has no inside.
     if (error.code() == ErrorCode::input) refuse_unusable(input);

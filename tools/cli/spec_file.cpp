@@ -92,7 +92,7 @@ std::optional<std::string> list_text(const json& value) {
 
 /// What names a file that is read.
 bool names_a_file(const std::string& name) {
-  static const std::set<std::string> all = {"mesh", "original", "profile", "of", "as-sliced", "fixed"};
+  static const std::set<std::string> all = {"mesh", "original", "profile", "of", "as-sliced", "fixed", "keep-solid"};
   return all.contains(name);
 }
 

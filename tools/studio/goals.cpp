@@ -29,7 +29,7 @@ const Syntax& syntax_of_goal(const std::string& goal) {
 /// Neither a program to run nor a file of this computer to read is for a page to name, and where files go is for the browser to
 /// say.
 std::vector<Group> groups_of_studio(const Syntax& syntax, Options& options) {
-  static const std::set<std::string> kNotHere = {"memory", "each", "fixed", "deform-fixed"};
+  static const std::set<std::string> kNotHere = {"memory", "each", "fixed", "keep-solid", "deform-fixed"};
   std::vector<Group> groups = groups_of(syntax, options);
   std::erase_if(groups, [](const Group& group) { return group.heading == "The slicer" || group.heading == "Files"; });
   for (Group& group : groups) std::erase_if(group.settings, [](const Setting& s) { return kNotHere.contains(s.name); });

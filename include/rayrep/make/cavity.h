@@ -16,6 +16,7 @@ struct CavityOptions {
   double wall_mm = 1.2;
   double min_cavity_mm3 = 4.0;  ///< smaller cavities are left out: they cannot be printed
   double inset_mm = 0;          ///< at least so far from q.phi = 0, too
+  bool sharp_ridges = false;    ///< of the surface at the wall's distance, see make/ridges.h
   double clearance_mm = 0;      ///< and so much farther from the surface than the wall; less than a step of the grid
   /// What becomes of a mesh when it is delivered (turned back, rounded to what the file stores): no triangles may cross then.
   /// Empty: nothing.

@@ -1,0 +1,59 @@
+#include "rayrep/judge/kept_solid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "judge/verify_detail.h"
+#include "mesh/surface_gap.h"
+#include "rayrep/mesh/surface_query.h"
+
+namespace rayrep {
+namespace {
+
+using namespace verify_detail;
+
+Mesh cavities_of(const Mesh& delivered) {
+  const Mesh mesh = merged_mesh(delivered);
+  Mesh cavities;
+  for (const Mesh& shell : split(mesh, connected_components(mesh)))
+    if (mesh_moments(shell)[M1] < 0) append(cavities, shell);
+  return cavities;
+}
+
+/// Whether some vertex lies where the winding number of the surface has that sign.
+bool any_within(const Mesh& mesh, const SurfaceQuery& surface, int sign) {
+  std::vector<LineHit> hits;
+  return std::any_of(mesh.vertices.begin(), mesh.vertices.end(), [&](const Eigen::Vector3d& p) {
+    closed_line_hits(surface, p.head<2>(), hits);
+    return sign * winding_below(hits, p.z()) > 0;
+  });
+}
+
+/// Of the cavities from one region; negative where they overlap.
+double distance_mm(const Mesh& cavities, const SurfaceQuery& around, const Mesh& region, const Progress& progress) {
+  const SurfaceQuery surface(region);
+  const double gap_mm = smallest_gap(cavities, surface, progress);
+  const bool overlap = any_within(cavities, surface, 1) || any_within(region, around, -1);
+  return overlap ? -std::max(gap_mm, std::numeric_limits<double>::min()) : gap_mm;
+}
+
+}  // namespace
+
+void judge_kept_solid(const Mesh& delivered, const KeptSolidTerms& terms, Verdict& verdict, const Progress& progress) {
+  if (terms.regions.empty()) return;
+  Figure figure{.name = "kept_solid_mm", .words = "cavities from what is kept solid", .unit = Unit::mm, .value = {}};
+  const Mesh cavities = cavities_of(delivered);
+  if (!cavities.triangles.empty()) {
+    const SurfaceQuery around(cavities);
+    double least_mm = std::numeric_limits<double>::infinity();
+    for (const Mesh& region : terms.regions) least_mm = std::min(least_mm, distance_mm(cavities, around, region, progress));
+    figure.value = least_mm;
+    verdict.criteria.push_back(terms.wall_mm > 0 ? at_least("kept_solid", "distance from what is kept solid, over the wall",
+                                                            least_mm / terms.wall_mm, terms.wall_ratio)
+                                                 : at_least("kept_solid", "distance from what is kept solid, mm", least_mm, 0));
+  }
+  verdict.figures.push_back(figure);
+}
+
+}  // namespace rayrep

@@ -1,0 +1,294 @@
+#include "make/carriers.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <queue>
+
+#include "make/revolved.h"
+#include "rays/positive_part.h"
+
+namespace rayrep::detail {
+namespace {
+
+/// Cones are that much steeper than they have to be: facets of a cavity are tilted by what its mesh may be off.
+constexpr double kSpare_rad = 1.5 * std::numbers::pi / 180;
+constexpr int kSides = 16;
+
+/// What of a roof one ray sees.
+struct Roof {
+  Eigen::Vector3d at;
+  double area_mm2;
+  double room_mm;  ///< so much higher it may come to lie yet
+};
+
+/// A cone on a pillar, as printed.
+struct Carrier {
+  std::size_t ray = 0;  ///< of its axis
+  Eigen::Vector2d axis = Eigen::Vector2d::Zero();
+  double foot_mm = 0;  ///< of the pillar
+  double neck_mm = 0;  ///< where it widens
+  double top_mm = 0;
+};
+
+struct Shape {
+  double radius_mm;  ///< of pillars
+  double slope;      ///< of cones, height over width
+  double margin_mm;  ///< half the diagonal of a cell
+  double sag_mm;     ///< by which a roof may come down within that
+
+  double underside_mm(const Carrier& c, double distance_mm) const {
+    return distance_mm < radius_mm ? c.foot_mm : c.neck_mm + (distance_mm - radius_mm) * slope;
+  }
+  /// The highest neck with which a roof at that distance is carried.
+  double neck_for(double roof_mm, double distance_mm) const {
+    return roof_mm - sag_mm - std::max(0.0, distance_mm + margin_mm - radius_mm) * slope;
+  }
+};
+
+Eigen::Vector3d normal_at(const KeptSolid& solid, const Carrying& how, const Eigen::Vector3d& p, bool of_domain) {
+  if (!of_domain) return -(how.within->segment<3>(MX) + quadric_hessian(*how.within) * p).normalized();
+  const ClosestPoint closest = solid.surface.closest(p, 2 * how.wall_mm);
+  return closest.triangle < 0 ? Eigen::Vector3d(0, 0, 0) : Eigen::Vector3d((closest.point_mm - p).normalized());
+}
+
+/// Chooses carriers, one after the other.
+class Planner {
+public:
+  Planner(const KeptSolid& solid, const Carrying& how, const Progress& progress)
+      : solid_(solid),
+        how_(how),
+        progress_(progress),
+        domain_(inner_domain(solid, {how.wall_mm, how.spacing_mm, how.spacing_mm, 0}, progress).rays),
+        cavity_(how.within ? positive_part(domain_, *how.within) : domain_),
+        shape_{1.05 * how.wall_mm, std::tan(how.angle_rad + kSpare_rad), 0.5 * std::numbers::sqrt2 * how.spacing_mm,
+               0.5 * std::numbers::sqrt2 * how.spacing_mm * std::tan(how.angle_rad)} {
+    find_roofs();
+  }
+
+  Carriers plan() {
+    Carriers result;
+    result.surface_mm2 = 2 * static_cast<double>(cavity_.intervals.size()) * cavity_.grid.cell_area_mm2();
+    for (const Roof& roof : roofs_) result.roof_mm2 += roof.area_mm2;
+    left_.resize(cavity_.grid.size());
+    for (std::size_t ray = 0; ray < left_.size(); ++ray)
+      left_[ray].assign(domain_.intervals.begin() + domain_.first[ray], domain_.intervals.begin() + domain_.first[ray + 1]);
+    carried_.assign(roofs_.size(), 0);
+    choose();
+    for (const Carrier& carrier : chosen_) result.bones.push_back(bone(carrier));
+    return result;
+  }
+
+private:
+  void find_roofs() {
+    std::vector<std::vector<Roof>> rows(static_cast<std::size_t>(cavity_.grid.ny));
+    const auto columns = static_cast<std::size_t>(cavity_.grid.nx);
+    std::vector<std::uint32_t> count(cavity_.grid.size(), 0);
+    tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t j) {
+      for (std::size_t ray = j * columns; ray < (j + 1) * columns; ++ray)
+        for (std::uint32_t n = cavity_.first[ray]; n < cavity_.first[ray + 1]; ++n) {
+          const double top_mm = cavity_.intervals[n].hi;
+          const Eigen::Vector2d xy = cavity_.grid.at(ray);
+          const Eigen::Vector3d at(xy.x(), xy.y(), top_mm);
+          const bool of_domain =
+              std::any_of(domain_.intervals.begin() + domain_.first[ray], domain_.intervals.begin() + domain_.first[ray + 1],
+                          [top_mm](const Interval& whole) { return whole.hi == top_mm; });
+          const double up = normal_at(solid_, how_, at, of_domain).z();
+          if (up <= std::cos(how_.angle_rad) * (1 + 1e-4)) continue;
+          rows[j].push_back({at, cavity_.grid.cell_area_mm2() / up, of_domain ? 0 : how_.wall_mm});
+          ++count[ray];
+        }
+    });
+    first_.assign(1, 0);
+    for (const std::uint32_t n : count) first_.push_back(first_.back() + n);
+    for (const auto& row : rows) roofs_.insert(roofs_.end(), row.begin(), row.end());
+  }
+
+  /// Calls visit(ray, distance) for the rays within a radius of an axis.
+  template <typename Visit>
+  void around(const Eigen::Vector2d& axis, double radius_mm, const Visit& visit) const {
+    const RayGrid& grid = cavity_.grid;
+    const Eigen::Array2d low = ((axis - grid.origin_mm).array() - radius_mm) / grid.spacing_mm;
+    const Eigen::Array2d high = ((axis - grid.origin_mm).array() + radius_mm) / grid.spacing_mm;
+    for (int j = std::max(0, static_cast<int>(std::ceil(low.y()))); j <= std::min(grid.ny - 1, static_cast<int>(high.y())); ++j)
+      for (int i = std::max(0, static_cast<int>(std::ceil(low.x()))); i <= std::min(grid.nx - 1, static_cast<int>(high.x())); ++i) {
+        const std::size_t ray = static_cast<std::size_t>(j) * static_cast<std::size_t>(grid.nx) + static_cast<std::size_t>(i);
+        const double distance_mm = (grid.at(ray) - axis).norm();
+        if (distance_mm <= radius_mm) visit(ray, distance_mm);
+      }
+  }
+
+  /// Calls visit(roof) for those that the carrier carries, if its top is not too low for them.
+  template <typename Visit>
+  void each_carried(const Carrier& c, double reach_mm, const Visit& visit) const {
+    around(c.axis, reach_mm, [&](std::size_t ray, double distance_mm) {
+      for (std::uint32_t n = first_[ray]; n < first_[ray + 1]; ++n)
+        if (!carried_[n] && shape_.neck_for(roofs_[n].at.z(), distance_mm) >= c.neck_mm) visit(n);
+    });
+  }
+
+  double reach_of(const Carrier& c) const { return shape_.radius_mm + std::max(0.0, c.top_mm - c.neck_mm) / shape_.slope; }
+
+  /// Sets its foot: where material begins below its neck, or there, where that is outside of the body.
+  void set_foot(Carrier& c) const {
+    std::vector<LineHit> hits;
+    closed_line_hits(solid_.surface, c.axis, hits);
+    c.foot_mm = c.neck_mm;
+    int winding = 0;
+    double entered = c.neck_mm;
+    for (const LineHit& hit : hits) {
+      if (hit.z_mm >= c.neck_mm) break;
+      if (hit.triangle >= solid_.kept_from) continue;
+      if (winding == 0 && hit.sign > 0) entered = hit.z_mm;
+      winding += hit.sign;
+    }
+    if (winding > 0) c.foot_mm = entered;
+  }
+
+  /// A candidate with its top and foot, and what it is worth: roof carried over volume taken.
+  double worth(Carrier& c, double reach_mm) const {
+    double area_mm2 = 0;
+    c.top_mm = c.neck_mm;
+    each_carried(c, reach_mm, [&](std::uint32_t n) {
+      area_mm2 += roofs_[n].area_mm2;
+      c.top_mm = std::max(c.top_mm, roofs_[n].at.z() + roofs_[n].room_mm);
+    });
+    if (area_mm2 == 0) return 0;
+    double taken_mm = 0;
+    around(c.axis, reach_of(c), [&](std::size_t ray, double distance_mm) {
+      const double lo = shape_.underside_mm(c, distance_mm);
+      for (const Interval& open : left_[ray])
+        taken_mm += std::max(0.0, std::min(open.hi, c.top_mm + how_.wall_mm) - std::max(open.lo, lo));
+    });
+    // So that there are not too many; up to ten times as much hardly changes what they take in all.
+    const double alone_mm3 = 15 * std::pow(shape_.radius_mm, 3);
+    return area_mm2 / (taken_mm * cavity_.grid.cell_area_mm2() + alone_mm3);
+  }
+
+  void take(const Carrier& c) {
+    around(c.axis, reach_of(c), [&](std::size_t ray, double distance_mm) {
+      const Interval cut{shape_.underside_mm(c, distance_mm), c.top_mm + how_.wall_mm};
+      std::vector<Interval> rest;
+      for (const Interval& open : left_[ray]) {
+        if (open.lo < std::min(open.hi, cut.lo)) rest.push_back({open.lo, std::min(open.hi, cut.lo)});
+        if (std::max(open.lo, cut.hi) < open.hi) rest.push_back({std::max(open.lo, cut.hi), open.hi});
+      }
+      left_[ray] = std::move(rest);
+    });
+    each_carried(c, reach_of(c) + shape_.radius_mm, [&](std::uint32_t n) {
+      if (roofs_[n].at.z() <= c.top_mm) carried_[n] = 1;
+    });
+    chosen_.push_back(c);
+  }
+
+  struct Candidate {
+    double worth;
+    std::size_t place;
+    bool operator<(const Candidate& other) const { return worth != other.worth ? worth < other.worth : place > other.place; }
+  };
+
+  std::vector<Carrier> candidates(std::vector<double>& reach_mm) const {
+    constexpr std::array<double, 7> kReach = {1.6, 2.3, 3.3, 4.8, 7, 10, 14};  // of the radius
+    const int step = std::max(1, static_cast<int>(std::lround(shape_.radius_mm / how_.spacing_mm)));
+    const auto columns = static_cast<std::size_t>(cavity_.grid.nx);
+    std::vector<Carrier> all;
+    for (std::size_t ray = 0; ray + 1 < first_.size(); ++ray) {
+      if (ray % columns % static_cast<std::size_t>(step) != 0 || ray / columns % static_cast<std::size_t>(step) != 0) continue;
+      for (std::uint32_t n = first_[ray]; n < first_[ray + 1]; ++n)
+        for (const double reach : kReach) {
+          Carrier c;
+          c.ray = ray;
+          c.axis = cavity_.grid.at(ray);
+          c.neck_mm = shape_.neck_for(roofs_[n].at.z(), reach * shape_.radius_mm);
+          all.push_back(c);
+          reach_mm.push_back(1.5 * reach * shape_.radius_mm);
+        }
+    }
+    return all;
+  }
+
+  void choose() {
+    std::vector<double> reach_mm;
+    std::vector<Carrier> all = candidates(reach_mm);
+    std::vector<Candidate> first(all.size());
+    constexpr std::size_t at_once = 1024;
+    for (std::size_t begin = 0; begin < all.size(); begin += at_once) {
+      progress_.check();
+      tbb::parallel_for(begin, std::min(begin + at_once, all.size()), [&](std::size_t n) {
+        set_foot(all[n]);
+        first[n] = {worth(all[n], reach_mm[n]), n};
+      });
+    }
+    std::priority_queue<Candidate> queue(first.begin(), first.end());
+    while (!queue.empty()) {
+      progress_.check();
+      Candidate best = queue.top();
+      queue.pop();
+      best.worth = worth(all[best.place], reach_mm[best.place]);
+      if (best.worth <= 0) continue;
+      if (!queue.empty() && best < queue.top())
+        queue.push(best);
+      else
+        take(all[best.place]);
+    }
+    for (std::size_t ray = 0; ray + 1 < first_.size(); ++ray)
+      for (std::uint32_t n = first_[ray]; n < first_[ray + 1]; ++n)
+        if (!carried_[n]) take_alone(ray, roofs_[n]);
+  }
+
+  /// For what lies between the candidates.
+  void take_alone(std::size_t ray, const Roof& roof) {
+    Carrier c;
+    c.ray = ray;
+    c.axis = cavity_.grid.at(ray);
+    c.neck_mm = shape_.neck_for(roof.at.z(), 0);
+    set_foot(c);
+    worth(c, shape_.radius_mm);
+    take(c);
+  }
+
+  /// What is the wall away from the carrier's surface; a pillar that begins outside of the body has no foot.
+  Mesh bone(const Carrier& c) const {
+    const double width = 1 / shape_.slope;
+    const double radius = shape_.radius_mm - how_.wall_mm;
+    const double neck = c.neck_mm + how_.wall_mm * (std::sqrt(1 + width * width) - 1) / width;
+    const double top = c.top_mm;
+    std::vector<Eigen::Vector2d> profile{{0, c.foot_mm}, {radius, c.foot_mm}};
+    if (top > neck + 1e-3 * how_.wall_mm) {
+      if (neck > c.foot_mm + 1e-3 * how_.wall_mm) profile.emplace_back(radius, neck);
+      profile.emplace_back(radius + (top - std::max(neck, c.foot_mm)) * width, top);
+    } else {
+      profile.emplace_back(radius, std::max(top, c.foot_mm + 1e-3 * how_.wall_mm));
+    }
+    profile.emplace_back(0, profile.back().y());
+    // Around the cone, so that its flattest lines, which become round, are the edges.
+    for (Eigen::Vector2d& p : profile) p.x() /= std::cos(std::numbers::pi / kSides);
+    Mesh mesh = revolved(profile, kSides);
+    for (Eigen::Vector3d& v : mesh.vertices) v.head<2>() += c.axis;
+    return mesh;
+  }
+
+  const KeptSolid& solid_;
+  const Carrying& how_;
+  const Progress& progress_;
+  RayRep domain_;
+  RayRep cavity_;
+  Shape shape_;
+  std::vector<Roof> roofs_;
+  std::vector<std::uint32_t> first_;  ///< of each ray's roofs
+  std::vector<std::vector<Interval>> left_;
+  std::vector<char> carried_;
+  std::vector<Carrier> chosen_;
+};
+
+}  // namespace
+
+Carriers carriers(const KeptSolid& solid, const Carrying& how, const Progress& progress) {
+  return Planner(solid, how, progress).plan();
+}
+
+}  // namespace rayrep::detail

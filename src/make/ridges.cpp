@@ -1,0 +1,134 @@
+#include "make/ridges.h"
+
+#include <tbb/parallel_for.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+namespace rayrep::detail {
+namespace {
+
+/// Where a vertex is, and its plane.
+struct Tangent {
+  Eigen::Vector3d at;
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< zero: out of reach
+};
+
+std::vector<std::vector<int>> neighbours_of(const Mesh& mesh) {
+  std::vector<std::vector<int>> neighbours(mesh.vertices.size());
+  for (const Eigen::Vector3i& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) neighbours[static_cast<std::size_t>(t[k])].push_back(t[(k + 1) % 3]);
+  return neighbours;
+}
+
+/// Whether the surface folds outward between two points.
+bool folds(const Tangent& a, const Tangent& b) {
+  const double kSharp = std::cos(0.5);
+  return b.normal != Eigen::Vector3d::Zero() && a.normal.dot(b.normal) < kSharp && (b.at - a.at).dot(b.normal - a.normal) > 0;
+}
+
+/// Where the planes come nearest to meeting; where they leave that open, near `start`.
+Eigen::Vector3d meeting_point(const Eigen::Vector3d& start, const std::vector<Tangent>& planes) {
+  Eigen::Matrix3d normals = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d off = Eigen::Vector3d::Zero();
+  for (const Tangent& plane : planes) {
+    normals += plane.normal * plane.normal.transpose();
+    off += plane.normal * plane.normal.dot(plane.at - start);
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(normals);
+  constexpr double kFlat = 0.02;
+  Eigen::Vector3d to = Eigen::Vector3d::Zero();
+  for (int k = 0; k < 3; ++k)
+    if (solver.eigenvalues()[k] > kFlat * solver.eigenvalues()[2])
+      to += solver.eigenvectors().col(k) * (solver.eigenvectors().col(k).dot(off) / solver.eigenvalues()[k]);
+  return start + to;
+}
+
+/// Moved outward or inward along the middle of the planes' normals until it is the wall from the surface.
+Eigen::Vector3d at_wall(Eigen::Vector3d p, const std::vector<Tangent>& planes, const SurfaceQuery& surface, double wall_mm) {
+  Eigen::Vector3d out = Eigen::Vector3d::Zero();
+  for (const Tangent& plane : planes) out += plane.normal;
+  out.normalize();
+  constexpr int kSteps = 3;
+  for (int step = 0; step < kSteps; ++step) {
+    const ClosestPoint closest = surface.closest(p, 2 * wall_mm);
+    if (closest.triangle < 0 || closest.distance_mm <= 0) break;
+    const double towards = out.dot(closest.point_mm - p) / closest.distance_mm;
+    if (towards < 0.2) break;
+    p += out * ((closest.distance_mm - wall_mm) / towards);
+  }
+  return p;
+}
+
+/// Of vertices that would come together, from both sides of a ridge, the nearest one goes there, the others stay.
+void move_one_row(const std::vector<Eigen::Vector3d>& to, const std::vector<std::vector<int>>& neighbours, Mesh& mesh) {
+  const std::vector<Eigen::Vector3d> from = mesh.vertices;
+  std::vector<std::pair<double, int>> order;
+  for (std::size_t n = 0; n < to.size(); ++n)
+    if (to[n] != from[n]) order.emplace_back((to[n] - from[n]).squaredNorm(), static_cast<int>(n));
+  std::sort(order.begin(), order.end());
+  for (const auto& [squared, n] : order) {
+    const bool taken = std::any_of(neighbours[n].begin(), neighbours[n].end(), [&, n = n](int other) {
+      return mesh.vertices[other] != from[other] &&
+             (to[n] - to[other]).squaredNorm() < 0.25 * (from[n] - from[other]).squaredNorm();
+    });
+    if (!taken) mesh.vertices[n] = to[n];
+  }
+}
+
+/// Takes back moves that turn triangles over.
+void take_back(const Mesh& before, const std::vector<Tangent>& tangents, Mesh& mesh) {
+  constexpr int kRounds = 4;
+  for (int round = 0; round < kRounds; ++round) {
+    bool any = false;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      const Eigen::Vector3i& v = mesh.triangles[t];
+      if (mesh.vertices[v[0]] == before.vertices[v[0]] && mesh.vertices[v[1]] == before.vertices[v[1]] &&
+          mesh.vertices[v[2]] == before.vertices[v[2]])
+        continue;
+      const auto area = [t](const Mesh& m) { return (m.corner(t, 1) - m.corner(t, 0)).cross(m.corner(t, 2) - m.corner(t, 0)); };
+      const Eigen::Vector3d out = tangents[v[0]].normal + tangents[v[1]].normal + tangents[v[2]].normal;
+      if (area(mesh).dot(out) > 0.05 * area(before).norm()) continue;
+      for (int k = 0; k < 3; ++k) mesh.vertices[v[k]] = before.vertices[v[k]];
+      any = true;
+    }
+    if (!any) return;
+  }
+}
+
+}  // namespace
+
+void sharpen_ridges(Mesh& mesh, const SurfaceQuery& surface, double wall_mm, double cell_mm) {
+  const Mesh before = mesh;
+  std::vector<Tangent> tangents(mesh.vertices.size());
+  tbb::parallel_for(std::size_t{0}, tangents.size(), [&](std::size_t n) {
+    tangents[n].at = before.vertices[n];
+    const ClosestPoint closest = surface.closest(before.vertices[n], wall_mm + cell_mm);
+    if (closest.triangle < 0 || closest.distance_mm <= 0) return;
+    if (std::abs(closest.distance_mm - wall_mm) > 0.1 * cell_mm) return;  // on another surface
+    tangents[n].normal = (closest.point_mm - before.vertices[n]) / closest.distance_mm;
+    // The plane of the offset surface itself.
+    tangents[n].at += (closest.distance_mm - wall_mm) * tangents[n].normal;
+  });
+  const std::vector<std::vector<int>> neighbours = neighbours_of(mesh);
+  std::vector<Eigen::Vector3d> to = before.vertices;
+  tbb::parallel_for(std::size_t{0}, tangents.size(), [&](std::size_t n) {
+    bool on_ridge = false;
+    std::vector<Tangent> planes{tangents[n]};
+    for (const int other : neighbours[n]) {
+      const Tangent& tangent = tangents[static_cast<std::size_t>(other)];
+      on_ridge = on_ridge || folds(tangents[n], tangent);
+      if (tangent.normal != Eigen::Vector3d::Zero()) planes.push_back(tangent);
+    }
+    if (!on_ridge || tangents[n].normal == Eigen::Vector3d::Zero()) return;
+    const Eigen::Vector3d found = at_wall(meeting_point(tangents[n].at, planes), planes, surface, wall_mm);
+    if ((found - before.vertices[n]).norm() <= cell_mm) to[n] = found;
+  });
+  move_one_row(to, neighbours, mesh);
+  take_back(before, tangents, mesh);
+}
+
+}  // namespace rayrep::detail

@@ -1,0 +1,219 @@
+#include "make/self_supporting.h"
+
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "base/rotation.h"
+#include "base/text.h"
+#include "make/as_built.h"
+#include "make/carriers.h"
+#include "make/plan.h"
+#include "rayrep/base/error.h"
+
+namespace rayrep::detail {
+namespace {
+
+constexpr int kMostRounds = 6;
+/// Of the cavity's surface: roofs that are flatter and may be left, as rays see them.
+constexpr double kLeft = 0.003;
+
+double radians(double degrees) { return degrees * std::numbers::pi / 180; }
+
+Plan plan_of(const Mesh& solid, const Spec& spec, const HollowOptions& options, const Progress& progress) {
+  return std::visit([&](const auto& s) { return plan(solid, s, options, progress); }, spec);
+}
+
+/// A plan, and what comes of it in the model.
+struct Planned {
+  Plan plan;
+  InteriorSolver::Solved solved;
+};
+
+Planned planned(const Mesh& solid, const Spec& spec, const HollowOptions& options, const Progress& progress) {
+  Planned result{plan_of(solid, spec, options, progress), {}};
+  const Plan& plan = result.plan;
+  progress.begin("solve");
+  InteriorSolver solver(plan.goal, plan.body->inner.rays, *plan.body->integrals, plan.setup);
+  result.solved = solver.solve(plan.body->shell, progress);
+  if (result.solved.report.status != SolveStatus::converged) throw unsolved(result.solved.report);
+  return result;
+}
+
+/// A body's frame turned such that it is printed along z.
+class PrintFrame {
+public:
+  PrintFrame(const Body& body, const Eigen::Vector3d& direction)
+      : turn_(up_to_z(body.to_working.linear() * direction)), surface_(transformed(body.surface.mesh(), turn_)), body_(body) {}
+
+  KeptSolid solid() const { return {surface_, body_.kept_from()}; }
+  /// The same function of the point.
+  Moments quadric(const Moments& q) const { return moment_map(turn_.inverse()).transpose() * q; }
+  Mesh in_given_frame(const Mesh& mesh) const { return transformed(mesh, body_.to_working.inverse() * turn_.inverse()); }
+
+private:
+  Eigen::Affine3d turn_;
+  SurfaceQuery surface_;
+  const Body& body_;
+};
+
+/// Whether a cut of any self-supporting domain is so, too: by a plane that is a floor or a steep wall. theory.md (97)
+bool carries_itself(const Moments& q, double angle_rad, double size_mm) {
+  const Eigen::Vector3d gradient = q.segment<3>(MX);
+  if (quadric_hessian(q).norm() * size_mm > 1e-9 * gradient.norm()) return false;
+  return -gradient.z() <= std::cos(angle_rad) * gradient.norm();
+}
+
+/// What is asked for, along one direction.
+struct Wanted {
+  const Mesh& solid;
+  const Spec& spec;  ///< without that it is self-supporting
+  double angle_rad;
+  Eigen::Vector3d direction;
+};
+
+struct Slimmed {
+  Planned planned;
+  HollowOptions options;  ///< with what is kept solid for it
+  std::size_t carriers = 0;
+};
+
+/// Plans on less and less, from a plan on all of the inner domain.
+Slimmed slimmed(const Wanted& wanted, const Planned& all, const HollowOptions& options, const Progress& progress) {
+  Slimmed result{all, options, 0};
+  for (int round = 0; round < kMostRounds; ++round) {
+    progress.begin("domain");
+    const Body& body = *result.planned.plan.body;
+    const PrintFrame frame(body, wanted.direction);
+    const Moments q = frame.quadric(result.planned.solved.q);
+    const bool cut_is_no_roof = carries_itself(q, wanted.angle_rad, body.size_mm);
+    const double wall_mm = print_of(wanted.spec).wall_mm;
+    Carrying how{wanted.angle_rad, wall_mm, std::min(std::max(body.size_mm / 160, wall_mm / 3), wall_mm / 2), {}};
+    if (!cut_is_no_roof) how.within = q;
+    const Carriers found = carriers(frame.solid(), how, progress);
+    if (found.roof_mm2 <= kLeft * found.surface_mm2) break;
+    result.carriers += found.bones.size();
+    for (const Mesh& bone : found.bones) result.options.keep_solid.push_back(frame.in_given_frame(bone));
+    result.planned = planned(wanted.solid, wanted.spec, result.options, progress);
+    if (cut_is_no_roof && carries_itself(frame.quadric(result.planned.solved.q), wanted.angle_rad, body.size_mm)) break;
+  }
+  return result;
+}
+
+std::string degrees_words(const Print& print) { return shown(print.self_supporting_deg) + " degrees"; }
+
+/// Of a spin without a direction: upright, and lying two ways.
+std::vector<Eigen::Vector3d> directions_of(const Spec& spec, const HollowOptions& options) {
+  const Print& print = print_of(spec);
+  const Eigen::Vector3d up = up_of(spec).normalized();
+  if (print.direction) return {print.direction->normalized()};
+  if (!std::holds_alternative<SpinSpec>(spec) || options.as_printed) return {up};
+  const Eigen::Matrix<double, 3, 2> lying = across(up);
+  return {up, lying.col(0), lying.col(1)};
+}
+
+/// The direction in which it costs least, on few rays. @throws Error{goal} when it can be done in none
+Eigen::Vector3d best_direction(const std::vector<Eigen::Vector3d>& directions, const Wanted& wanted, const HollowOptions& options,
+                               const Progress& progress) {
+  if (directions.size() == 1) return directions.front();
+  const HollowOptions few = on_few_rays(options);
+  const Planned all = planned(wanted.solid, wanted.spec, few, progress);
+  std::optional<Eigen::Vector3d> best;
+  double least = 0;
+  for (const Eigen::Vector3d& direction : directions) try {
+      const double cost =
+          slimmed({wanted.solid, wanted.spec, wanted.angle_rad, direction}, all, few, progress).planned.solved.report.objective;
+      if (best && cost >= least) continue;
+      best = direction;
+      least = cost;
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::goal && error.code() != ErrorCode::solver) throw;
+    }
+  return best.value_or(directions.front());
+}
+
+/// Whether the goal lowers the centre of mass and nothing else.
+bool lowers(const Spec& spec) {
+  const StandSpec* stand = std::get_if<StandSpec>(&spec);
+  return std::holds_alternative<FloatSpec>(spec) || (stand && stand->objective == StandSpec::Objective::lowest);
+}
+
+/// What it costs, against what is proven of all of the inner domain for the same goal; in one working frame.
+std::string tell_price(const Planned& all, const Slimmed& slim, Record& record) {
+  const Plan& plan = slim.planned.plan;
+  const Body& body = *all.plan.body;
+  if (body.to_working.matrix() != plan.body->to_working.matrix()) return {};
+  const QuadricSolution free = solve_quadric(plan.goal, *body.integrals, body.shell);
+  if (!free.converged) return {};
+  const bool proven = std::isfinite(free.lower_bound);
+  const double best = proven ? free.lower_bound : free.objective;
+  const double price = (slim.planned.solved.report.objective - best) / std::abs(best);
+  record.emplace_back("price", price);
+  if (!lowers(plan.spec))
+    return "; without that the objective could be " + number(100 * price, 2) + " % lower" + (proven ? " at most (proven)" : "");
+  const auto height = [](const Moments& s) { return s[MZ] / s[M1]; };
+  return "; without that its centre of mass could be " + number(height(slim.planned.solved.model) - height(free.moments), 2) +
+         " mm lower" + (proven ? " at most (proven)" : "");
+}
+
+void tell(const Planned& all, const Slimmed& slim, const Print& print, HollowResult& result) {
+  const double kept = slim.planned.plan.body->inner.rays.volume_mm3() / all.plan.body->inner.rays.volume_mm3();
+  Record record = {
+      {"angle_deg", print.self_supporting_deg}, {"carriers", static_cast<double>(slim.carriers)}, {"inner_domain_kept", kept}};
+  const std::string price = tell_price(all, slim, record);
+  result.proof.push_back("its roofs rise at least " + degrees_words(print) +
+                         (slim.carriers == 0 ? std::string(" as they are")
+                                             : ": " + plural(slim.carriers, "cone on a pillar carries", "cones on pillars carry") +
+                                                   " them, and take " + number(100 * (1 - kept), 1) + " % of the room inside") +
+                         price);
+  result.proof_figures.push_back({.name = "self_supporting", .words = "", .value = record});
+}
+
+/// All that leads to a plan, and that.
+struct Found {
+  Planned all;  ///< on all of the inner domain
+  Slimmed slim;
+  Spec spec;  ///< filled in, with its direction
+};
+
+Found found(const Mesh& solid, const Spec& spec, const HollowOptions& options, const Progress& progress) {
+  const Print& print = print_of(spec);
+  if (options.solver != Solver::quadric)
+    throw Error(ErrorCode::usage, "Only --solver quadric makes self-supporting cavities: leave the other solver out.");
+  Spec plain = spec;
+  print_of(plain).self_supporting_deg = 0;
+  Wanted wanted{solid, plain, radians(print.self_supporting_deg), up_of(spec)};
+  const Planned all = planned(solid, plain, options, progress);
+  wanted.direction = best_direction(directions_of(spec, options), wanted, options, progress);
+  try {
+    Slimmed slim = slimmed(wanted, all, options, progress);
+    Spec filled = slim.planned.plan.spec;
+    Print& made = print_of(filled);
+    made.self_supporting_deg = print.self_supporting_deg;
+    if (!print.direction && (wanted.direction - up_of(spec).normalized()).norm() > 1e-9) made.direction = wanted.direction;
+    return {all, std::move(slim), std::move(filled)};
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::goal) throw;
+    throw Error(ErrorCode::goal, "With cavities whose roofs rise at least " + degrees_words(print) + " along " +
+                                     shown(wanted.direction) + " (--self-supporting): " + error.what() +
+                                     " Without that it can be done: give a smaller angle, or another --print-direction.");
+  }
+}
+
+}  // namespace
+
+Plan plan_self_supporting(const Mesh& solid, const Spec& spec, const HollowOptions& options, const Progress& progress) {
+  Found way = found(solid, spec, options, progress);
+  way.slim.planned.plan.spec = way.spec;
+  return std::move(way.slim.planned.plan);
+}
+
+HollowResult hollow_self_supporting(const Mesh& solid, const Spec& spec, const HollowOptions& options, const Progress& progress) {
+  Found way = found(solid, spec, options, progress);
+  HollowResult result = carry_out(way.slim.planned.plan, way.slim.options, progress);
+  print_of(result.spec) = print_of(way.spec);
+  tell(way.all, way.slim, print_of(spec), result);
+  return result;
+}
+
+}  // namespace rayrep::detail

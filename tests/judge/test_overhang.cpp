@@ -1,0 +1,136 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "judge/overhang.h"
+#include "make/revolved.h"
+#include "rayrep/judge/kept_solid.h"
+#include "rayrep/judge/verify.h"
+#include "shapes.h"
+#include "solids.h"
+
+namespace rayrep {
+namespace {
+
+using namespace test;
+using verify_detail::Overhang;
+using verify_detail::overhang;
+using verify_detail::PrintedUp;
+
+/// A cavity of this shape; the bed lies 5 mm below it.
+Overhang in_cavity(const Mesh& shape, const Eigen::Vector3d& direction = Eigen::Vector3d::UnitZ(), double angle_deg = 45) {
+  PrintedUp print;
+  print.direction = direction;
+  print.angle_rad = angle_deg * kPi / 180;
+  print.bed_mm = HUGE_VAL;
+  for (const Eigen::Vector3d& v : shape.vertices) print.bed_mm = std::min(print.bed_mm, direction.normalized().dot(v) - 5.03);
+  return overhang(with_merged_vertices(flipped(shape)), print);
+}
+
+/// A house of this width and length whose roof rises by so many degrees, walls of 10 mm.
+Mesh gable(double width, double length, double roof_deg) {
+  const double top = 10 + 0.5 * width * std::tan(roof_deg * kPi / 180);
+  Mesh mesh = box({0, 0, 0}, {width, length, 10});
+  // The top is folded up along its middle.
+  mesh.vertices.insert(mesh.vertices.end(), {{0.5 * width, 0, top}, {0.5 * width, length, top}});
+  const auto at = [&mesh](double x, double y, double z) {
+    for (std::size_t n = 0; n < mesh.vertices.size(); ++n)
+      if ((mesh.vertices[n] - Eigen::Vector3d(x, y, z)).norm() < 1e-9) return static_cast<int>(n);
+    return -1;
+  };
+  std::erase_if(mesh.triangles, [&mesh](const Eigen::Vector3i& t) {
+    return mesh.vertices[t[0]].z() == 10 && mesh.vertices[t[1]].z() == 10 && mesh.vertices[t[2]].z() == 10;
+  });
+  const int a = at(0, 0, 10), b = at(width, 0, 10), c = at(width, length, 10), d = at(0, length, 10);
+  const int e = at(0.5 * width, 0, top), f = at(0.5 * width, length, top);
+  for (const Eigen::Vector3i& t : {Eigen::Vector3i(a, b, e), {b, c, f}, {b, f, e}, {c, d, f}, {d, a, e}, {d, e, f}})
+    mesh.triangles.push_back(t);
+  return mesh;
+}
+
+TEST(Overhang, OfABoxIsItsCeiling) {
+  const Mesh shape = box({1, 2, 3}, {41, 22, 33});
+  const Overhang found = in_cavity(shape);
+  EXPECT_NEAR(found.roof_mm2, 800, 1e-9);
+  EXPECT_NEAR(found.roof_share, 800.0 / 5200, 1e-12);
+  EXPECT_NEAR(found.bridge_mm, 20, 0.25);  // the narrower way across
+  EXPECT_NEAR(found.sealed_mm3, 24000, 1e-6);
+  EXPECT_EQ(found.islands, 0u);
+  EXPECT_NEAR(in_cavity(shape, {-1, 0, 0}).roof_mm2, 600, 1e-9);
+  // On an edge its two roofs rise 45 degrees, which is enough; a degree less is not.
+  EXPECT_EQ(in_cavity(shape, {0, 1, 1}).roof_mm2, 0);
+  EXPECT_NEAR(in_cavity(shape, {0, 1, 1}, 46).roof_mm2, 800 + 1200, 1e-9);
+}
+
+TEST(Overhang, OfABallIsTheCapAbove) {
+  const Overhang found = in_cavity(icosphere(12, 5), {0.3, -0.5, 0.8});
+  EXPECT_NEAR(found.roof_share, 0.5 * (1 - std::sqrt(0.5)), 2e-3);
+  EXPECT_NEAR(found.roof_mm2, found.roof_share * 4 * kPi * 144, 1);
+  // The last layer closes a disc that depends on where it lies: at most 0.2 mm below the pole.
+  EXPECT_GT(found.bridge_mm, 2 * std::sqrt(2 * 12 * 0.2) * 0.5);
+  EXPECT_LT(found.bridge_mm, 2 * std::sqrt(2 * 12 * 0.2) * 1.02);
+}
+
+TEST(Overhang, OfAConeIsNothingOrItsBase) {
+  const Mesh shape = cone(10, 14, 64);
+  EXPECT_EQ(in_cavity(shape).roof_mm2, 0);
+  EXPECT_EQ(in_cavity(shape).bridge_mm, 0);
+  EXPECT_NEAR(in_cavity(shape, {0, 0, -1}).roof_mm2, kPi * 100, 1);
+  EXPECT_NEAR(in_cavity(shape, {0, 0, -1}).bridge_mm, 20, 0.3);
+}
+
+TEST(Overhang, OfAGableDependsOnItsAngle) {
+  EXPECT_EQ(in_cavity(gable(20, 30, 46)).roof_mm2, 0);
+  const Overhang flat = in_cavity(gable(20, 30, 44));
+  EXPECT_NEAR(flat.roof_mm2, 600 / std::cos(44 * kPi / 180), 1e-6);
+  EXPECT_GE(flat.bridge_mm, 2 * 0.2 / std::tan(44 * kPi / 180) * 0.98);  // a layer farther than below, from both sides
+}
+
+TEST(Overhang, WhatHangsInTheAirIsAnIslandUntilItStands) {
+  const Mesh room = box({-10, -10, 0}, {10, 10, 20});
+  const auto with = [&room](const Mesh& solid) { return flipped(merged({flipped(room), solid})); };
+  // Tip down: steep all around, but it begins in mid-air; and the same on a rod that reaches down into the floor.
+  const Mesh tip = detail::revolved({{0, 8}, {4, 19}, {4, 19.5}, {0, 19.5}}, 24);
+  const Mesh rod = detail::revolved({{0, 0.5}, {1, 0.5}, {1, 9}, {4, 19}, {4, 19.5}, {0, 19.5}}, 24);
+  EXPECT_EQ(in_cavity(with(tip)).islands, 1u);
+  EXPECT_EQ(in_cavity(room).islands, 0u);
+  const Mesh standing = box({-1, -1, -1}, {1, 1, 12});
+  EXPECT_EQ(in_cavity(with(standing)).islands, 0u);
+  EXPECT_EQ(in_cavity(with(rod)).islands, 1u);  // half a millimetre above the floor
+}
+
+TEST(Overhang, IsToldOfEveryVerdictWithACavityAndJudgesNothing) {
+  const Mesh body = hollow(box({0, 0, 0}, {30, 20, 20}), box({2, 2, 10}, {28, 18, 18}));
+  const auto figure = [](const Verdict& verdict, const char* name) -> double {
+    for (const Figure& f : verdict.figures)
+      if (f.name == name) return std::get<double>(f.value);
+    return -1;
+  };
+  StandSpec spec;
+  const Verdict upright = verify(body, nullptr, spec);
+  EXPECT_TRUE(upright.pass());
+  EXPECT_NEAR(figure(upright, "roof_mm2"), 26 * 16, 1e-6);
+  EXPECT_NEAR(figure(upright, "sealed_mm3"), 26 * 16 * 8, 1e-6);
+  spec.print.direction = Eigen::Vector3d::UnitX();
+  EXPECT_NEAR(figure(verify(body, nullptr, spec), "roof_mm2"), 16 * 8, 1e-6);
+  EXPECT_EQ(figure(verify(box({0, 0, 0}, {30, 20, 20}), nullptr, spec), "roof_mm2"), -1);
+}
+
+TEST(KeptSolid, IsJudgedByTheDistanceOfCavities) {
+  const Mesh body = hollow(box({0, 0, 0}, {30, 20, 20}), box({2, 2, 10}, {28, 18, 18}));
+  const auto judged = [&body](const Mesh& region, double wall_mm) {
+    Verdict verdict;
+    judge_kept_solid(body, {.regions = {region}, .wall_mm = wall_mm}, verdict);
+    return verdict.criteria.at(0);
+  };
+  const Mesh below = box({10, 8, 4}, {12, 10, 7});
+  EXPECT_NEAR(judged(below, 1.5).value, 2, 1e-9);
+  EXPECT_TRUE(judged(below, 3).pass());
+  EXPECT_FALSE(judged(below, 3.2).pass());
+  EXPECT_LT(judged(moved(below, {0, 0, 8}), 1).value, 0);  // in the cavity
+  EXPECT_LT(judged(moved(below, {0, 0, 5}), 1).value, 0);  // half in it
+  EXPECT_LT(judged(box({-5, -5, -5}, {50, 50, 50}), 1).value, 0);
+}
+
+}  // namespace
+}  // namespace rayrep

@@ -1,0 +1,158 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "judge/overhang.h"
+#include "make/carriers.h"
+#include "rayrep/judge/verify.h"
+#include "rayrep/make/hollow.h"
+#include "shapes.h"
+#include "solids.h"
+
+namespace rayrep {
+namespace {
+
+using namespace test;
+using verify_detail::Overhang;
+
+constexpr double kDegree = kPi / 180;
+
+Mesh cavities_in(const Mesh& delivered) {
+  const Mesh mesh = with_merged_vertices(delivered);
+  Mesh cavities;
+  for (const Mesh& shell : split(mesh, connected_components(mesh)))
+    if (mesh_moments(shell)[M1] < 0) append(cavities, shell);
+  return cavities;
+}
+
+Overhang overhang_of(const Mesh& delivered, const Eigen::Vector3d& direction, double angle_deg) {
+  verify_detail::PrintedUp print;
+  print.direction = direction;
+  print.angle_rad = angle_deg * kDegree;
+  return verify_detail::overhang(cavities_in(delivered), print);
+}
+
+HollowOptions quick() {
+  HollowOptions options;
+  options.resolution = 80;
+  return options;
+}
+
+double figure(const HollowResult& result, const char* name) {
+  for (const Figure& f : result.proof_figures)
+    if (f.name == "self_supporting")
+      for (const auto& [key, value] : std::get<Record>(f.value))
+        if (key == name) return std::get<double>(value);
+  return -1;
+}
+
+TEST(Carriers, CarryEveryRoofThatIsTooFlat) {
+  // What is planned on rays is looked at on other rays: nothing is left to carry.
+  const Mesh body = merged({box({-20, -15, 0}, {20, 15, 25})});
+  detail::Carrying how{.angle_rad = 45 * kDegree, .wall_mm = 1.2, .spacing_mm = 0.5, .within = {}};
+  const SurfaceQuery alone(body);
+  const detail::Carriers found = detail::carriers({alone}, how, {});
+  EXPECT_NEAR(found.roof_mm2, 37.6 * 27.6, 0.03 * 37.6 * 27.6);
+  Mesh all = body;
+  for (const Mesh& bone : found.bones) {
+    EXPECT_TRUE(is_closed_solid(bone));
+    append(all, bone);
+  }
+  const SurfaceQuery surface(all);
+  const detail::KeptSolid carried{surface, static_cast<int>(body.triangles.size())};
+  how.spacing_mm = 0.37;
+  EXPECT_LT(detail::carriers(carried, how, {}).roof_mm2, 2e-3 * found.roof_mm2);
+  // A roof that rises to a ridge from all walls would take 38 %.
+  const double before = inner_domain(alone, {1.2, 0.5, 0.5, 0}).rays.volume_mm3();
+  EXPECT_GT(detail::inner_domain(carried, {1.2, 0.5, 0.5, 0}).rays.volume_mm3(), 0.74 * before);
+}
+
+TEST(Carriers, LeaveASteepRoofAlone) {
+  const SurfaceQuery surface(cone(15, 22, 64));
+  EXPECT_TRUE(
+      detail::carriers({surface}, {.angle_rad = 45 * kDegree, .wall_mm = 1.2, .spacing_mm = 0.5, .within = {}}, {}).bones.empty());
+}
+
+TEST(SelfSupporting, AFloatMeetsItsGoalWithRoofsThatRise) {
+  FloatSpec spec;
+  spec.print.self_supporting_deg = 45;
+  const Mesh solid = uv_ellipsoid(30, 22, 18, 96);
+  const HollowResult result = hollow(solid, spec, quick());
+  EXPECT_LE(result.as_built_error, 1e-6);
+  const Verdict verdict = verify(result.delivery.body(), &solid, result.spec);
+  EXPECT_TRUE(verdict.pass());
+  const Overhang found = overhang_of(result.delivery.body(), spec.up, 43);
+  EXPECT_LT(found.roof_share, 0.01);
+  EXPECT_EQ(found.islands, 0u);
+  spec.print.self_supporting_deg = 0;
+  EXPECT_GT(overhang_of(hollow(solid, spec, quick()).delivery.body(), spec.up, 43).roof_share, 0.1);
+  EXPECT_GT(figure(result, "carriers"), 5);
+  EXPECT_GT(figure(result, "inner_domain_kept"), 0.7);
+  EXPECT_LT(figure(result, "inner_domain_kept"), 0.95);
+  EXPECT_GT(figure(result, "price"), 0);
+}
+
+TEST(SelfSupporting, TheDirectionOfThePrintIsThatOfTheRoofs) {
+  StandSpec spec;
+  spec.print.self_supporting_deg = 45;
+  spec.print.direction = Eigen::Vector3d(1, 0, 1);
+  const Mesh solid = box({0, 0, 0}, {30, 24, 40});
+  const HollowResult result = hollow(solid, spec, quick());
+  EXPECT_TRUE(verify(result.delivery.body(), &solid, result.spec).pass());
+  // The box stands on an edge: its own roofs rise 45 degrees, and nothing is to be carried.
+  EXPECT_EQ(figure(result, "carriers"), 0);
+  spec.print.direction = -Eigen::Vector3d::UnitZ();  // upside down the floor of the cavity is its roof
+  const HollowResult turned = hollow(solid, spec, quick());
+  const Overhang found = overhang_of(turned.delivery.body(), *spec.print.direction, 43);
+  EXPECT_LT(found.roof_share, 0.01);
+  EXPECT_EQ(found.islands, 0u);
+  EXPECT_LE(turned.as_built_error, 1e-6);
+}
+
+TEST(SelfSupporting, ASpinIsPrintedAsItCostsLeast) {
+  SpinSpec spec;
+  spec.print.self_supporting_deg = 45;
+  const Mesh solid = uv_ellipsoid(24, 20, 16, 64);
+  const HollowResult result = hollow(solid, spec, quick());
+  const Print& print = print_of(result.spec);
+  const Verdict verdict = verify(result.delivery.body(), &solid, result.spec);
+  EXPECT_TRUE(verdict.pass());
+  EXPECT_LE(result.as_built_error, 1e-6);
+  const Overhang found = overhang_of(result.delivery.body(), print.direction.value_or(spec.up), 43);
+  EXPECT_LT(found.roof_share, 0.01);
+  EXPECT_EQ(found.islands, 0u);
+}
+
+TEST(SelfSupporting, RefusesWhatItDoesNotKnow) {
+  FloatSpec spec;
+  spec.print.self_supporting_deg = 45;
+  spec.print.infill.percent = 15;
+  const Mesh solid = icosphere(20, 3);
+  EXPECT_TRUE(mentions(message_of([&] { hollow(solid, spec, quick()); }, ErrorCode::usage), {"--self-supporting"}));
+  spec.print.infill.percent = 0;
+  HollowOptions other = quick();
+  other.solver = Solver::voxels;
+  EXPECT_TRUE(mentions(message_of([&] { hollow(solid, spec, other); }, ErrorCode::usage), {"--solver quadric"}));
+}
+
+TEST(KeptSolid, IsCountedProvenAndLeftAlone) {
+  StandSpec spec;
+  spec.target_mm = Eigen::Vector3d(0, 0, 0);
+  const Mesh solid = box({-15, -15, 0}, {15, 15, 30});
+  HollowOptions options = quick();
+  const HollowResult free = hollow(solid, spec, options);
+  options.keep_solid = {box({-6, -6, 22}, {6, 6, 40})};  // reaches out of the top
+  const HollowResult kept = hollow(solid, spec, options);
+  EXPECT_TRUE(verify(kept.delivery.body(), &solid, kept.spec).pass());
+  EXPECT_LE(kept.as_built_error, 1e-6);
+  EXPECT_LT(std::abs(*kept.duality_gap), 1e-6);
+  EXPECT_GT(kept.solve.objective, free.solve.objective);
+  const SurfaceQuery region(options.keep_solid[0]);
+  for (const Eigen::Vector3d& v : cavities_in(kept.delivery.body()).vertices)
+    ASSERT_GT(region.closest(v, 100).distance_mm, 0.98 * spec.print.wall_mm);
+  options.keep_solid = {flipped(options.keep_solid[0])};
+  EXPECT_TRUE(mentions(message_of([&] { hollow(solid, spec, options); }, ErrorCode::usage), {"--keep-solid"}));
+}
+
+}  // namespace
+}  // namespace rayrep
