@@ -10,8 +10,11 @@ struct Quadric {
   Eigen::Vector3d slope = Eigen::Vector3d::Zero();
   double constant = 0;
 
-  double value(const Eigen::Vector3d& p) const { return constant + (slope + 0.5 * hessian * p).dot(p); }
-  Eigen::Vector3d gradient(const Eigen::Vector3d& p) const { return slope + hessian * p; }
+  double value(const Eigen::Vector3d& p) const { return constant + 0.5 * (slope + gradient(p)).dot(p); }
+  Eigen::Vector3d gradient(const Eigen::Vector3d& p) const {
+    // Written out: a product of matrices is not inlined.
+    return slope + hessian.col(0) * p.x() + hessian.col(1) * p.y() + hessian.col(2) * p.z();
+  }
 
   /// f / |grad f|: the distance to f = 0, of first order, positive where f is; infinite where f has no slope.
   double distance(const Eigen::Vector3d& p) const {
@@ -22,8 +25,9 @@ struct Quadric {
   Eigen::Vector3d nearest(Eigen::Vector3d p) const {
     for (int step = 0; step < 4; ++step) {
       const Eigen::Vector3d g = gradient(p);
-      if (g.squaredNorm() == 0) break;
-      p -= value(p) / g.squaredNorm() * g;
+      const double v = constant + 0.5 * (slope + g).dot(p);
+      if (v == 0 || g.squaredNorm() == 0) break;
+      p -= v / g.squaredNorm() * g;
     }
     return p;
   }

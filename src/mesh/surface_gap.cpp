@@ -30,7 +30,7 @@ struct Face {
 Eigen::AlignedBox3d box_of(const Corners3& t) { return {t[0].cwiseMin(t[1]).cwiseMin(t[2]), t[0].cwiseMax(t[1]).cwiseMax(t[2])}; }
 
 /// Squared, without branches.
-double distance2(const Eigen::AlignedBox3d& a, const Eigen::AlignedBox3d& b) {
+inline double distance2(const Eigen::AlignedBox3d& a, const Eigen::AlignedBox3d& b) {
   return (a.min() - b.max()).cwiseMax(b.min() - a.max()).cwiseMax(0).squaredNorm();
 }
 
@@ -104,17 +104,16 @@ public:
   /// Finds the faces that may be nearer than `limit_mm` to one of its triangles.
   void look_around(double limit_mm) {
     surface_.triangles_near(centre_, limit_mm + radius_mm_, found_);
+    std::erase_if(found_, [&](int t) { return distance2(box_of(corners_of(surface_.mesh(), t)), box_) >= limit_mm * limit_mm; });
     std::sort(found_.begin(), found_.end());
     faces_.clear();
     for (const int t : found_) {
       const Corners3 corners = corners_of(surface_.mesh(), t);
-      const Eigen::AlignedBox3d box = box_of(corners);
-      if (distance2(box, box_) >= limit_mm * limit_mm) continue;
       const Vector3d normal = safe_normal(corners);
       const double height = normal.dot(corners[0] - centre_);
       const auto along = (points_.col(0) * normal.x() + points_.col(1) * normal.y() + points_.col(2) * normal.z()).eval();
       if (along.minCoeff() - height >= limit_mm || height - along.maxCoeff() >= limit_mm) continue;
-      faces_.push_back({t, corners, box, normal});
+      faces_.push_back({t, corners, box_of(corners), normal});
     }
   }
 
