@@ -47,7 +47,7 @@ std::optional<CavityMesh> ClippedCavity::cut(const Moments& q) {
   last_.reset();
   if (options_.inset_mm > 0 || made_.crossing > 0) return std::nullopt;
   const Quadric f = quadric_of(q);
-  std::optional<QuadricClipped> cut = clipped(offset_, f, clip_options());
+  std::optional<QuadricClipped> cut = clip_by_quadric(offset_, f, clip_options());
   if (!cut || (cut->mesh.triangles.empty() && is_bounded(f))) return std::nullopt;
   Mesh mesh = cut->mesh;
   return mended(std::move(*cut), std::move(mesh));

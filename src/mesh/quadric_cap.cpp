@@ -257,8 +257,25 @@ bool make_caps(const Quadric& f, const QuadricChart& chart, const Loops& loops, 
 
 }  // namespace
 
+bool comes_first(const Quadric& f) {
+  for (const double number : f.hessian.reshaped())
+    if (number != 0) return number > 0;
+  for (const double number : f.slope)
+    if (number != 0) return number > 0;
+  return f.constant > 0;
+}
+
 bool append_caps(const Quadric& f, const std::vector<std::vector<int>>& loops, double error_mm, Mesh& mesh) {
   if (loops.empty()) return true;
+  if (!comes_first(f)) {  // the same from behind
+    std::vector<std::vector<int>> back = loops;
+    for (auto& loop : back) std::reverse(loop.begin() + 1, loop.end());
+    const std::size_t first = mesh.triangles.size();
+    const Quadric opposite = -f;
+    if (!comes_first(opposite) || !append_caps(opposite, back, error_mm, mesh)) return false;
+    for (std::size_t t = first; t < mesh.triangles.size(); ++t) std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+    return true;
+  }
   std::vector<std::vector<Vector3d>> curves;
   for (const auto& loop : loops) {
     curves.emplace_back();

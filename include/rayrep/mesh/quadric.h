@@ -10,6 +10,17 @@ struct Quadric {
   Eigen::Vector3d slope = Eigen::Vector3d::Zero();
   double constant = 0;
 
+  /// Positive on the side to which a plane's normal points; the distance from it for a unit vector.
+  static Quadric plane(const Eigen::Vector3d& normal, double offset_mm) { return {Eigen::Matrix3d::Zero(), normal, -offset_mm}; }
+  /// Positive outside of a cylinder without ends: (r^2 - radius^2) / (2 radius), r the distance from its axis. Near the cylinder
+  /// that is the distance from it. @param axis  a unit vector
+  static Quadric cylinder(const Eigen::Vector3d& point_mm, const Eigen::Vector3d& axis, double radius_mm) {
+    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - axis * axis.transpose();
+    const Eigen::Vector3d foot = across * point_mm;
+    return {across / radius_mm, -foot / radius_mm, 0.5 * (foot.squaredNorm() / radius_mm - radius_mm)};
+  }
+  Quadric operator-() const { return {-hessian, -slope, -constant}; }
+
   double value(const Eigen::Vector3d& p) const { return constant + 0.5 * (slope + gradient(p)).dot(p); }
   Eigen::Vector3d gradient(const Eigen::Vector3d& p) const {
     // Written out: a product of matrices is not inlined.
