@@ -14,7 +14,7 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 /// One measurement: what was solved, how long it took and how good the answer is. A time without its quality does not count.
 struct Record {
-  std::string table;  ///< "table1", "table2", "trace", "quality", "growth", "teapot", "sliced", "answers"
+  std::string table;  ///< one of table_names()
   std::string mesh;   ///< file name
   std::string goal;   ///< "float", "spin", "yo-yo", "stand"
   std::string solver;

@@ -140,6 +140,7 @@ public:
     table2();
     trace();
     quality();
+    cavities();
     growth();
     teapot();
     sliced();
@@ -415,6 +416,39 @@ private:
       out_.line("Refused, in the command's words:");
       out_.header({"shape", "goal", "N", "reason"});
       for (const Record* r : refused) out_.row({r->mesh, r->goal, std::to_string(r->resolution), r->note});
+    }
+  }
+
+  void cavities() {
+    const Records records = store_.table("cavities");
+    if (records.empty()) return;
+    out_.line("");
+    out_.line("## Light and crisp cavities");
+    out_.line("");
+    out_.line(
+        "Triangles of the outside, of the cavity, over those of the outside, and at N = 200 over N = 100. Distances of the corners "
+        "of "
+        "creases");
+    out_.line(
+        "from the exact curve at which the offset surface meets q.phi = 0, in mm; smallest wall over the one that is set, at any "
+        "point "
+        "of any");
+    out_.line(
+        "triangle; triangles that cross others, the outside's among themselves too. Meshes that are not closed are left out.");
+    out_.header({"shape", "goal", "N", "outside", "cavity", "ratio", "growth", "passes", "as built", "crease rms", "p99", "max",
+                 "wall", "crossing", "seconds"});
+    for (const Record* r : records) {
+      const Record* coarse = r->resolution == 200 ? store_.one("cavities", r->mesh, r->goal, 100, r->solver) : nullptr;
+      if (!r->converged()) {
+        out_.row({r->mesh, r->goal, std::to_string(r->resolution), quality_text(*r, 0, 1)});
+        continue;
+      }
+      const double cavity = r->extra("cavity");
+      out_.row({r->mesh, r->goal, std::to_string(r->resolution), whole(r->extra("outside")), whole(cavity),
+                significant(cavity / r->extra("outside"), 2), coarse ? significant(cavity / coarse->extra("cavity"), 3) : "",
+                whole(r->extra("passes")), significant(r->extra("as built"), 2), significant(r->extra("crease rms"), 2),
+                significant(r->extra("crease p99"), 2), significant(r->extra("crease max"), 2), significant(r->extra("wall"), 3),
+                whole(r->extra("crossing")), significant(r->seconds.median, 3)});
     }
   }
 

@@ -11,6 +11,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "cavities.h"
 #include "problem.h"
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
@@ -620,7 +621,8 @@ std::vector<Record> answers(const TableOptions& options) {
 }  // namespace
 
 const std::vector<std::string>& table_names() {
-  static const std::vector<std::string> names = {"table1", "table2", "trace", "quality", "growth", "teapot", "sliced", "answers"};
+  static const std::vector<std::string> names = {"table1", "table2", "trace",  "quality", "cavities",
+                                                 "growth", "teapot", "sliced", "answers"};
   return names;
 }
 
@@ -629,6 +631,7 @@ std::vector<Record> run_table(const std::string& name, const TableOptions& optio
   if (name == "table2") return table2(options);
   if (name == "trace") return trace(options);
   if (name == "quality") return quality(options);
+  if (name == "cavities") return measure_cavities(options);
   if (name == "growth") return growth(options);
   if (name == "teapot") return teapot(options);
   if (name == "sliced") return sliced(options);

@@ -1,7 +1,7 @@
 #include "make/clipped_cavity.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cassert>
 
 #include "make/cavity_mender.h"
 #include "mesh/quadric_clip.h"
@@ -20,14 +20,11 @@ std::vector<char> moved_of(const QuadricClipped& cut) {
 
 Quadric quadric_of(const Moments& q) { return {quadric_hessian(q), q.segment<3>(MX), q[M1]}; }
 
-/// f > 0 in an ellipsoid alone: it may lie wholly inside.
-bool is_bounded(const Quadric& f) { return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(f.hessian).eigenvalues().maxCoeff() < 0; }
-
 }  // namespace
 
 ClippedCavity::ClippedCavity(BlockField& field, const SurfaceQuery& surface, const CavityOptions& options)
     : surface_(surface), options_(options), reach_mm_(2 * field.spacing_mm) {
-  if (options.inset_mm > 0) return;
+  assert(options.inset_mm == 0);
   offset_ = offset_surface(field, surface, options, kError * options.least_distance_mm(), made_);
 }
 
@@ -45,10 +42,9 @@ QuadricClipOptions ClippedCavity::clip_options() const {
 
 std::optional<CavityMesh> ClippedCavity::cut(const Moments& q) {
   last_.reset();
-  if (options_.inset_mm > 0 || made_.crossing > 0) return std::nullopt;
-  const Quadric f = quadric_of(q);
-  std::optional<QuadricClipped> cut = clipped(offset_, f, clip_options());
-  if (!cut || (cut->mesh.triangles.empty() && is_bounded(f))) return std::nullopt;
+  if (made_.crossing > 0) return std::nullopt;
+  std::optional<QuadricClipped> cut = clip_by_quadric(offset_, quadric_of(q), clip_options());
+  if (!cut) return std::nullopt;
   Mesh mesh = cut->mesh;
   return mended(std::move(*cut), std::move(mesh));
 }

@@ -18,11 +18,12 @@ void take_shells(const Mesh& all, const CavityOptions& options, CavityMesh& resu
 /// what the quadric does not touch is the same for all. theory.md (88)
 class ClippedCavity {
 public:
-  /// Keeps references to `surface` and `options`. @param field  wall - distance; closed where its zero set crosses itself
+  /// Keeps references to `surface` and `options`, which have no inset: what is so far from a quadric ends on a surface of the
+  /// fourth degree (theory.md (48)). @param field  wall - distance; closed where its zero set crosses itself
   ClippedCavity(BlockField& field, const SurfaceQuery& surface, const CavityOptions& options);
 
   /// The cavity { p : distance(p) >= wall, q.phi(p) > 0 }.
-  /// @returns none where it cannot be cut: mesh_cavity is to mesh it. With options.inset_mm it never can.
+  /// @returns none where it cannot be cut: mesh_cavity is to mesh it
   std::optional<CavityMesh> cut(const Moments& q);
   /// The same with the triangles of the last cut, whose creases and caps follow the quadric: smooth in q.
   /// @returns none where they do not reach, or there are none

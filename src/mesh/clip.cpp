@@ -1,12 +1,19 @@
 #include "rayrep/mesh/clip.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
+#include "base/text.h"
 #include "mesh/holes.h"
 #include "mesh/mesh_edges.h"
+#include "mesh/quadric_cap.h"
+#include "mesh/quadric_clip.h"
 #include "mesh/rims.h"
+#include "rayrep/base/error.h"
 
 namespace rayrep {
 namespace {
@@ -73,6 +80,19 @@ private:
   Mesh result_;
 };
 
+/// Of f, at the vertex nearest to f = 0.
+double slope_near(const Mesh& mesh, const Quadric& f) {
+  double nearest = HUGE_VAL;
+  double slope = 0;
+  for (const Eigen::Vector3d& v : mesh.vertices) {
+    const double distance = std::abs(f.distance(v));
+    if (!(distance < nearest)) continue;
+    nearest = distance;
+    slope = f.gradient(v).norm();
+  }
+  return slope;
+}
+
 }  // namespace
 
 Mesh clipped(const Mesh& mesh, const ClipPlane& plane, const Progress& progress) {
@@ -81,6 +101,29 @@ Mesh clipped(const Mesh& mesh, const ClipPlane& plane, const Progress& progress)
   const Rims rims = rims_of(result);
   if (!rims.closed()) close_flat(holes_of(result, rims), 1e-9 * bounding_box(mesh).diagonal().norm(), result, progress);
   return result;
+}
+
+Mesh clipped(const Mesh& mesh, const Quadric& f, const QuadricCutOptions& options, const Progress& progress) {
+  if (f.hessian.isZero(0)) {
+    const double slope = f.slope.norm();
+    if (slope == 0) return f.constant > 0 ? mesh : Mesh{};
+    return clipped(mesh, ClipPlane{f.slope / slope, -f.constant / slope}, progress);
+  }
+  // All is the same for f and -f, also what is tried.
+  const double sign = comes_first(f) ? 1 : -1;
+  const double step = 1e-3 * options.error_mm * slope_near(mesh, f);
+  for (const double moved : {0., 1., -1., 3., -3.}) {
+    progress.check();
+    Quadric near = f;
+    near.constant += sign * moved * step;
+    QuadricClipOptions clip;
+    clip.error_mm = options.error_mm;
+    clip.zero_is_above = sign > 0;
+    if (std::optional<QuadricClipped> result = clip_by_quadric(mesh, near, clip)) return std::move(result->mesh);
+  }
+  throw Error(ErrorCode::input, "The cut leaves curves on the surface that come nearer to each other than " +
+                                    shown(options.error_mm) +
+                                    " mm, so that it cannot be closed. Move it by that much, or allow a smaller error.");
 }
 
 }  // namespace rayrep

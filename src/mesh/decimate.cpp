@@ -1,11 +1,15 @@
 #include "mesh/decimate.h"
 
+#include <tbb/parallel_for.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "mesh/crossing.h"
@@ -67,7 +71,8 @@ std::size_t first_within(const std::vector<Patch>& patches, const Vector3d& p, d
 /// Vertices by what their cheapest collapse costs, to a factor of two; those of like cost in the order in which they came.
 class CostQueue {
 public:
-  explicit CostQueue(std::size_t vertices) : next_(vertices, -1), first_(kBuckets, -1), last_(kBuckets, -1) {}
+  /// @param next  for each vertex room for one that comes after it; a vertex is in one queue at a time
+  explicit CostQueue(std::vector<int>& next) : next_(next), first_(kBuckets, -1), last_(kBuckets, -1) {}
 
   /// Whether it is the turn of such a cost, or nearly so.
   bool due(float cost) const { return bucket_of(cost) <= at_ + 1; }
@@ -94,7 +99,7 @@ private:
   static int bucket_of(float cost) { return static_cast<int>(std::bit_cast<std::uint32_t>(cost) >> 23); }  // its exponent
 
   int at_ = 0;
-  std::vector<int> next_;
+  std::vector<int>& next_;
   std::vector<int> first_, last_;
 };
 
@@ -116,36 +121,48 @@ private:
 
 constexpr float kNever = std::numeric_limits<float>::infinity();
 
-class Decimator {
-public:
-  Decimator(const Mesh& given, const VertexCorners& at, double error_mm)
-      : given_(given),
-        at_(at),
-        error2_(error_mm * error_mm),
-        edges_(given, at, {.least_cos_of_turn = 0.5, .least_slenderness = 0.05}),
-        queue_(given.vertices.size()),
-        tried_(given.vertices.size(), -1),
-        waits_(given.vertices.size(), 0),
-        first_gone_(given.triangles.size(), -1),
-        next_gone_(given.vertices.size(), -1) {}
+/// What is left of a mesh, and where the vertices went that are gone.
+struct Remains {
+  const Mesh& given;
+  const VertexCorners& at;
+  double error2;
+  const std::vector<double>& limit2;  ///< for each vertex how far it may lie from what comes of it, squared
+  HalfEdges surface;
+  std::vector<float> tried;  ///< of each vertex: what its collapses cost that were tried in vain with all around it as it is
+  std::vector<char> waits;   ///< for that to change
+  std::vector<int> first_gone, next_gone;  ///< of each triangle the vertices that went into it, as a list
 
-  /// @param limit2  for each vertex how far it may lie from what comes of it, squared
-  void run(const std::vector<double>& limit2, const Progress& progress) {
-    constexpr int kBetweenChecks = 4096;
-    limit2_ = limit2.data();
-    const HalfEdges& surface = edges_.surface();
-    for (int v = 0; v < surface.vertices(); ++v)
-      if (surface.regular(v)) queue_.push(v, 0);
-    for (int n = 0, v = queue_.pop(); v >= 0; ++n, v = queue_.pop()) {
-      if (n % kBetweenChecks == 0) progress.check();
-      if (!surface.removed(v)) visit(v);
-    }
-  }
+  Remains(const Mesh& mesh, const VertexCorners& corners, double error_mm, const std::vector<double>& limits2)
+      : given(mesh),
+        at(corners),
+        error2(error_mm * error_mm),
+        limit2(limits2),
+        surface(mesh, corners),
+        tried(mesh.vertices.size(), -1),
+        waits(mesh.vertices.size(), 0),
+        first_gone(mesh.triangles.size(), -1),
+        next_gone(mesh.vertices.size(), -1) {}
 
   DecimatedMesh result() const;
 
   /// The vertices that are corners of, or went into, the `chosen` triangles of the result and those in so many rings around them.
   std::vector<int> vertices_around(const DecimatedMesh& result, std::vector<int> chosen, int rings) const;
+};
+
+/// Takes vertices out of a part of a mesh.
+class Decimator {
+public:
+  /// @param inner  for each vertex: it is in this part with all of its neighbours, and may be taken out
+  /// @param next   memory for the queue
+  Decimator(Remains& remains, const std::vector<char>& inner, std::vector<int>& next)
+      : remains_(remains),
+        inner_(inner),
+        edges_(remains.surface, remains.given.vertices, {.least_cos_of_turn = 0.5, .least_slenderness = 0.05}),
+        queue_(next) {}
+
+  /// @param begin, end  vertices of this part, of which only the inner ones are taken out
+  /// @param check  called now and then
+  void run(const int* begin, const int* end, const std::function<void()>& check);
 
 private:
   void find_costs();
@@ -155,15 +172,10 @@ private:
   bool edges_are_near();
   bool is_near_given(const Vector3d& p, int vertex) const;
 
-  const Mesh& given_;
-  const VertexCorners& at_;
-  double error2_;
-  const double* limit2_ = nullptr;
+  Remains& remains_;
+  const std::vector<char>& inner_;
   EdgeCollapse edges_;
   CostQueue queue_;
-  std::vector<float> tried_;  ///< of each vertex: what its collapses cost that were tried in vain with all around it as it is
-  std::vector<char> waits_;   ///< for that to change
-  std::vector<int> first_gone_, next_gone_;  ///< of each triangle the vertices that went into it, as a list
   std::vector<float> costs_;
   std::vector<Patch> patches_;
   struct Placed {
@@ -179,6 +191,16 @@ private:
   std::vector<Nearest> nearest_;
 };
 
+void Decimator::run(const int* begin, const int* end, const std::function<void()>& check) {
+  constexpr int kBetweenChecks = 4096;
+  for (const int* v = begin; v != end; ++v)
+    if (inner_[*v] && !remains_.waits[*v]) queue_.push(*v, 0);
+  for (int n = 0, v = queue_.pop(); v >= 0; ++n, v = queue_.pop()) {
+    if (n % kBetweenChecks == 0) check();
+    if (!remains_.surface.removed(v)) visit(v);
+  }
+}
+
 /// theory.md (81)
 void Decimator::find_costs() {
   constexpr double kHopeless = 4;  // times the error, as the root of a mean over the triangles around
@@ -190,8 +212,8 @@ void Decimator::find_costs() {
     if (length > 0) quadric += normal * (normal / length).transpose();
     area2 += length;
   }
-  const double most = kHopeless * kHopeless * error2_ * area2;
-  quadric.diagonal().array() += kShortFirst * kShortFirst * error2_;
+  const double most = kHopeless * kHopeless * remains_.error2 * area2;
+  quadric.diagonal().array() += kShortFirst * kShortFirst * remains_.error2;
   costs_.clear();
   for (const Vector3d& spoke : edges_.spokes()) {
     const double cost = std::max(0.0, spoke.dot(quadric * spoke));
@@ -203,16 +225,16 @@ void Decimator::visit(int v) {
   edges_.look_at(v);
   find_costs();
   for (float& cost : costs_)
-    if (cost <= tried_[v]) cost = kNever;
+    if (cost <= remains_.tried[v]) cost = kNever;
   for (;;) {
     const auto cheapest = std::min_element(costs_.begin(), costs_.end());
     if (*cheapest == kNever) {
-      waits_[v] = 1;
+      remains_.waits[v] = 1;
       return;
     }
     if (!queue_.due(*cheapest)) return queue_.push(v, *cheapest);
     if (try_collapse(static_cast<std::size_t>(cheapest - costs_.begin()))) return;
-    tried_[v] = *cheapest;
+    remains_.tried[v] = *cheapest;
     *cheapest = kNever;
   }
 }
@@ -224,26 +246,26 @@ bool Decimator::try_collapse(std::size_t n) {
   for (const Facet& facet : edges_.facets()) patches_.emplace_back(facet);
   if (!place(edges_.vertex())) return false;
   for (const int h : edges_.half_edges())
-    for (int v = first_gone_[h / 3]; v >= 0; v = next_gone_[v])
+    for (int v = remains_.first_gone[h / 3]; v >= 0; v = remains_.next_gone[v])
       if (!place(v)) return false;
   if (!edges_are_near()) return false;
-  for (const int h : edges_.half_edges()) first_gone_[h / 3] = -1;
+  for (const int h : edges_.half_edges()) remains_.first_gone[h / 3] = -1;
   for (const Placed& placed : placed_) {
-    int& first = first_gone_[edges_.facet_numbers()[placed.patch]];
-    next_gone_[placed.vertex] = std::exchange(first, placed.vertex);
+    int& first = remains_.first_gone[edges_.facet_numbers()[placed.patch]];
+    remains_.next_gone[placed.vertex] = std::exchange(first, placed.vertex);
   }
   edges_.collapse();
   for (const int neighbour : edges_.neighbours()) {
-    tried_[neighbour] = -1;
-    if (!waits_[neighbour]) continue;
-    waits_[neighbour] = 0;
-    queue_.push(neighbour, 0);
+    remains_.tried[neighbour] = -1;
+    if (!remains_.waits[neighbour]) continue;
+    remains_.waits[neighbour] = 0;
+    if (inner_[neighbour]) queue_.push(neighbour, 0);
   }
   return true;
 }
 
 bool Decimator::place(int vertex) {
-  placed_.push_back({vertex, first_within(patches_, given_.vertices[vertex], limit2_[vertex])});
+  placed_.push_back({vertex, first_within(patches_, remains_.given.vertices[vertex], remains_.limit2[vertex])});
   return placed_.back().patch < patches_.size();
 }
 
@@ -259,7 +281,7 @@ bool Decimator::edges_are_near() {
     nearest_.push_back({0.25 * facet.other_side.squaredNorm(), edges_.facet_end(k)});
   }
   const auto look_at = [this](std::size_t k, int vertex) {
-    const double distance2 = (given_.vertices[vertex] - middles_[k]).squaredNorm();
+    const double distance2 = (remains_.given.vertices[vertex] - middles_[k]).squaredNorm();
     if (distance2 < nearest_[k].distance2) nearest_[k] = {distance2, vertex};
   };
   for (const Placed& placed : placed_) {
@@ -274,27 +296,106 @@ bool Decimator::edges_are_near() {
 /// Whether p is near to one of the given triangles at a vertex.
 bool Decimator::is_near_given(const Vector3d& p, int vertex) const {
   const auto any = [&](const auto& holds) {
-    return std::any_of(&at_.corners[at_.first[vertex]], &at_.corners[at_.first[vertex + 1]], [&](int corner) {
-      const auto t = static_cast<std::size_t>(corner / 3);
-      return holds(Patch(Facet(given_.corner(t, 0), given_.corner(t, 1), given_.corner(t, 2))));
-    });
+    return std::any_of(
+        &remains_.at.corners[remains_.at.first[vertex]], &remains_.at.corners[remains_.at.first[vertex + 1]], [&](int corner) {
+          const auto t = static_cast<std::size_t>(corner / 3);
+          return holds(Patch(Facet(remains_.given.corner(t, 0), remains_.given.corner(t, 1), remains_.given.corner(t, 2))));
+        });
   };
-  const double limit2 = limit2_[vertex];
+  const double limit2 = remains_.limit2[vertex];
   return any([&](const Patch& patch) { return patch.squared_height(p) <= limit2; }) ||
          any([&](const Patch& patch) { return patch.squared_distance_to_sides(p) <= limit2; });
 }
 
-DecimatedMesh Decimator::result() const {
+/// The vertices of a mesh in cubes of a grid.
+class Parts {
+public:
+  /// All in one.
+  explicit Parts(const Mesh& mesh) : of_(mesh.vertices.size(), 0) { sort(1); }
+
+  /// With so many vertices on average, on a grid that begins so many of its steps before the mesh.
+  Parts(const Mesh& mesh, double vertices, double shift) : of_(mesh.vertices.size()) {
+    constexpr double kMost = 64;  // along a side
+    double area = 0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      area += 0.5 * (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm();
+    const Eigen::AlignedBox3d box = bounding_box(mesh);
+    const double step = std::max(std::sqrt(area * vertices / static_cast<double>(of_.size())), box.sizes().maxCoeff() / kMost);
+    const auto cell = [&](const Vector3d& p) -> Eigen::Vector3i {
+      return ((p - box.min()) / step + Vector3d::Constant(shift)).array().floor().cast<int>();
+    };
+    const Eigen::Vector3i cells = cell(box.max()) + Eigen::Vector3i::Ones();
+    for (std::size_t v = 0; v < of_.size(); ++v) {
+      const Eigen::Vector3i at = cell(mesh.vertices[v]);
+      of_[v] = at.x() + cells.x() * (at.y() + cells.y() * at.z());
+    }
+    sort(cells.prod());
+  }
+
+  std::size_t count() const { return first_.size() - 1; }
+  int of(int vertex) const { return of_[vertex]; }
+  const int* begin(std::size_t part) const { return vertices_.data() + first_[part]; }
+  const int* end(std::size_t part) const { return vertices_.data() + first_[part + 1]; }
+
+private:
+  void sort(int parts) {
+    first_.assign(static_cast<std::size_t>(parts) + 1, 0);
+    for (const int part : of_) ++first_[part + 1];
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    vertices_.resize(of_.size());
+    std::vector<int> next(first_.begin(), first_.end() - 1);
+    for (std::size_t v = 0; v < of_.size(); ++v) vertices_[next[of_[v]]++] = static_cast<int>(v);
+  }
+
+  std::vector<int> of_;
+  std::vector<int> first_, vertices_;  ///< part after part, ascending in each
+};
+
+/// For each vertex that is left whether it and all of its neighbours are in one part, and it may be taken out.
+std::vector<char> inner_vertices(const HalfEdges& surface, const Parts& parts) {
+  std::vector<char> inner(static_cast<std::size_t>(surface.vertices()));
+  for (int v = 0; v < surface.vertices(); ++v) inner[v] = surface.regular(v) && !surface.removed(v);
+  for (int h = 0; h < surface.size(); ++h)
+    if (surface.from(h) >= 0 && parts.of(surface.from(h)) != parts.of(surface.to(h)))
+      inner[surface.from(h)] = inner[surface.to(h)] = 0;
+  return inner;
+}
+
+/// Takes the inner vertices of all parts out, of many at once. What comes of it does not depend on how many: none changes what
+/// another one looks at.
+void decimate(Remains& remains, const Parts& parts, const Progress& progress) {
+  constexpr std::size_t kAtOnce = 32;
+  const std::vector<char> inner = inner_vertices(remains.surface, parts);
+  std::vector<int> next(remains.given.vertices.size());
+  const auto run = [&](std::size_t part, const std::function<void()>& check) {
+    if (parts.begin(part) != parts.end(part)) Decimator(remains, inner, next).run(parts.begin(part), parts.end(part), check);
+  };
+  if (parts.count() == 1) return run(0, [&] { progress.check(); });
+  for (std::size_t first = 0; first < parts.count(); first += kAtOnce) {
+    progress.check();
+    tbb::parallel_for(first, std::min(first + kAtOnce, parts.count()), [&](std::size_t part) { run(part, [] {}); });
+  }
+}
+
+/// First in parts, then in others across whose seams the first went, then what is left.
+void decimate(Remains& remains, const Progress& progress) {
+  constexpr double kVertices = 4096;  // in a part: as much as fits into a processor's cache
+  if (static_cast<double>(remains.given.vertices.size()) > 4 * kVertices)
+    for (const double shift : {0.25, 0.75}) decimate(remains, Parts(remains.given, kVertices, shift), progress);
+  decimate(remains, Parts(remains.given), progress);
+}
+
+DecimatedMesh Remains::result() const {
   DecimatedMesh result;
-  result.mesh = edges_.remaining(result.kept);
-  for (const int t : edges_.surface().remaining_triangles()) {
+  result.mesh = surface.remaining(given.vertices, result.kept);
+  for (const int t : surface.remaining_triangles()) {
     const auto n = result.in_front_mm.size();
     const Facet facet(result.mesh.corner(n, 0), result.mesh.corner(n, 1), result.mesh.corner(n, 2));
     const double length = facet.normal.norm();
     double highest = 0;
     double lowest = 0;
-    for (int v = first_gone_[t]; v >= 0 && length > 0; v = next_gone_[v]) {
-      const double height = facet.normal.dot(given_.vertices[v] - facet.corner) / length;
+    for (int v = first_gone[t]; v >= 0 && length > 0; v = next_gone[v]) {
+      const double height = facet.normal.dot(given.vertices[v] - facet.corner) / length;
       highest = std::max(highest, height);
       lowest = std::min(lowest, height);
     }
@@ -304,7 +405,7 @@ DecimatedMesh Decimator::result() const {
   return result;
 }
 
-std::vector<int> Decimator::vertices_around(const DecimatedMesh& result, std::vector<int> chosen, int rings) const {
+std::vector<int> Remains::vertices_around(const DecimatedMesh& result, std::vector<int> chosen, int rings) const {
   std::vector<char> marked(result.mesh.vertices.size());
   for (int ring = 0; ring <= rings; ++ring) {
     for (const int t : chosen)
@@ -318,9 +419,9 @@ std::vector<int> Decimator::vertices_around(const DecimatedMesh& result, std::ve
   std::vector<int> around;
   for (std::size_t v = 0; v < marked.size(); ++v)
     if (marked[v]) around.push_back(result.kept[v]);
-  const std::vector<int> numbers = edges_.surface().remaining_triangles();
+  const std::vector<int> numbers = surface.remaining_triangles();
   for (const int t : chosen)
-    for (int v = first_gone_[numbers[t]]; v >= 0; v = next_gone_[v]) around.push_back(v);
+    for (int v = first_gone[numbers[t]]; v >= 0; v = next_gone[v]) around.push_back(v);
   return around;
 }
 
@@ -350,9 +451,9 @@ DecimatedMesh decimated(const Mesh& mesh, const DecimateOptions& options, const 
   ChordErrors errors(mesh.vertices.size(), options.chord_error_mm);
   std::vector<char> spoilt_before;  // for each vertex
   for (int round = 0; round < kRounds; ++round) {
-    Decimator decimator(mesh, at, options.chord_error_mm);
-    decimator.run(errors.squared(), progress);
-    DecimatedMesh result = decimator.result();
+    Remains remains(mesh, at, options.chord_error_mm, errors.squared());
+    decimate(remains, progress);
+    DecimatedMesh result = remains.result();
     std::vector<int> spoilt = spoilt_triangles(result.mesh, options, progress);
     result.crossing = spoilt.size();
     if (spoilt.empty()) return result;
@@ -370,9 +471,9 @@ DecimatedMesh decimated(const Mesh& mesh, const DecimateOptions& options, const 
     });
     if (spoilt.empty()) return result;
     const bool few = spoilt.size() <= kFew;
-    for (const int v : decimator.vertices_around(result, spoilt, round)) few ? errors.forbid(v) : errors.lower(v);
+    for (const int v : remains.vertices_around(result, spoilt, round)) few ? errors.forbid(v) : errors.lower(v);
   }
-  DecimatedMesh as_given = Decimator(mesh, at, 0).result();
+  DecimatedMesh as_given = Remains(mesh, at, 0, errors.squared()).result();
   as_given.crossing = spoilt_triangles(as_given.mesh, options, progress).size();
   return as_given;
 }

@@ -62,8 +62,8 @@ bool EdgeCollapse::prepare(std::size_t n) {
 }
 
 std::vector<int> collapse_short_edges(Mesh& mesh, double length_mm, const std::vector<char>& fixed) {
-  EdgeCollapse edges(mesh, VertexCorners(mesh));
-  const HalfEdges& surface = edges.surface();
+  HalfEdges surface(mesh, VertexCorners(mesh));
+  EdgeCollapse edges(surface, mesh.vertices);
   const auto shorten = [&](int v) {
     edges.look_at(v);
     std::vector<std::pair<double, std::size_t>> shorter;
@@ -83,7 +83,7 @@ std::vector<int> collapse_short_edges(Mesh& mesh, double length_mm, const std::v
       if (surface.regular(v) && !surface.removed(v) && (fixed.empty() || !fixed[v])) changed = shorten(v) || changed;
   }
   std::vector<int> kept;
-  mesh = edges.remaining(kept);
+  mesh = surface.remaining(mesh.vertices, kept);
   return kept;
 }
 

@@ -25,11 +25,9 @@ struct CollapseLimits {
 /// Collapses of edges of a mesh, one at a time, in which a vertex goes onto a neighbour.
 class EdgeCollapse {
 public:
-  /// Keeps a reference to the mesh's vertices.
-  EdgeCollapse(const Mesh& mesh, const VertexCorners& at, const CollapseLimits& limits = {})
-      : limits_(limits), vertices_(mesh.vertices), surface_(mesh, at) {}
-
-  const HalfEdges& surface() const { return surface_; }
+  /// Keeps references to both.
+  EdgeCollapse(HalfEdges& surface, const std::vector<Eigen::Vector3d>& vertices, const CollapseLimits& limits = {})
+      : limits_(limits), vertices_(vertices), surface_(surface) {}
 
   /// Turns to a regular vertex that is still there.
   void look_at(int vertex);
@@ -51,14 +49,12 @@ public:
   int facet_end(std::size_t k) const { return facet_ends_[k]; }
   void collapse() { surface_.collapse(half_edges_, prepared_); }
 
-  Mesh remaining(std::vector<int>& kept) const { return surface_.remaining(vertices_, kept); }
-
 private:
   std::size_t after(std::size_t n) const { return n + 1 < half_edges_.size() ? n + 1 : 0; }
 
   CollapseLimits limits_;
   const std::vector<Eigen::Vector3d>& vertices_;
-  HalfEdges surface_;
+  HalfEdges& surface_;
   int vertex_ = -1;
   std::vector<int> half_edges_, neighbours_;
   std::vector<Eigen::Vector3d> spokes_;

@@ -174,10 +174,13 @@ private:
       const std::size_t before = position_.size();
       const std::size_t triangles = inside_.size();
       const auto is_inside = [this, triangles](int t) { return static_cast<std::size_t>(t) >= triangles || inside_[t]; };
+      near_.resize(triangles, kNone);
       for (std::size_t t = 0; t < triangles; ++t) {
+        const std::array<int, 3> corner = plane_->triangles()[t].corner;
         std::optional<Split> split;
-        if (!inside_[t]) continue;
+        if (!inside_[t] || near_[t] == corner) continue;
         if (!find_split(static_cast<int>(t), split)) return false;
+        if (!split) near_[t] = corner;
         if (!split) continue;
         keep(split->position, -1);  // flips look at it
         if (plane_->add_where(split->at, plane_->triangles()[t].corner[0], is_inside) >= 0) continue;
@@ -217,6 +220,8 @@ private:
   std::vector<int> number_;         ///< in the mesh; -1: new
   std::vector<std::array<int, 2>> sides_;
   std::vector<char> inside_;
+  static constexpr std::array<int, 3> kNone{-1, -1, -1};
+  std::vector<std::array<int, 3>> near_;  ///< of each triangle with which corners it was found to be near enough to f = 0
 };
 
 /// Which way a chart turns along a loop; 0 where it does both.
@@ -252,8 +257,25 @@ bool make_caps(const Quadric& f, const QuadricChart& chart, const Loops& loops, 
 
 }  // namespace
 
+bool comes_first(const Quadric& f) {
+  for (const double number : f.hessian.reshaped())
+    if (number != 0) return number > 0;
+  for (const double number : f.slope)
+    if (number != 0) return number > 0;
+  return f.constant > 0;
+}
+
 bool append_caps(const Quadric& f, const std::vector<std::vector<int>>& loops, double error_mm, Mesh& mesh) {
   if (loops.empty()) return true;
+  if (!comes_first(f)) {  // the same from behind
+    std::vector<std::vector<int>> back = loops;
+    for (auto& loop : back) std::reverse(loop.begin() + 1, loop.end());
+    const std::size_t first = mesh.triangles.size();
+    const Quadric opposite = -f;
+    if (!comes_first(opposite) || !append_caps(opposite, back, error_mm, mesh)) return false;
+    for (std::size_t t = first; t < mesh.triangles.size(); ++t) std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+    return true;
+  }
   std::vector<std::vector<Vector3d>> curves;
   for (const auto& loop : loops) {
     curves.emplace_back();

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "mesh/quadric.h"
+#include "rayrep/mesh/quadric.h"
 
 namespace rayrep {
 

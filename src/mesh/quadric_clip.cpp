@@ -8,11 +8,13 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <unordered_map>
 
 #include "mesh/edge_collapse.h"
 #include "mesh/mesh_edges.h"
 #include "mesh/quadric_cap.h"
+#include "mesh/quadric_ellipsoid.h"
 
 namespace rayrep {
 namespace {
@@ -30,13 +32,15 @@ struct Along {
   /// Where it changes its sign, once.
   double root() const {
     const double root = std::sqrt(std::max(0.0, slope * slope - 4 * bend * at_a));
-    const double q = -0.5 * (slope + std::copysign(root, slope));
+    const double q = -0.5 * (slope + std::copysign(root, slope != 0 ? slope : bend));  // the other way for -f
     const double one = q == 0 ? 0.5 : at_a / q;
     const double two = bend == 0 ? one : q / bend;
     const auto outside = [](double t) { return std::max({0.0, -t, t - 1}); };
     return std::clamp(outside(one) <= outside(two) ? one : two, 0.0, 1.0);
   }
 };
+
+bool is_above(double value, const QuadricClipOptions& options) { return value > 0 || (value == 0 && options.zero_is_above); }
 
 /// Puts points on both surfaces.
 class Lander {
@@ -89,12 +93,15 @@ public:
   }
 
   void run() {
-    constexpr int kRounds = 12;
+    constexpr int kRounds = 60;  // two halve a triangle's size
+    new_.resize(mesh_.triangles.size());
+    std::iota(new_.begin(), new_.end(), std::size_t{0});
     for (int round = 0; round < kRounds; ++round) {
       middle_.clear();
       inner_.clear();
-      for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) look_at(t);
+      for (const std::size_t t : new_) look_at(t);
       if (middle_.empty() && inner_.empty()) return;
+      new_.clear();
       split();
     }
   }
@@ -102,7 +109,7 @@ public:
   const std::vector<double>& values() const { return value_; }
 
 private:
-  bool above(int v) const { return value_[v] > 0; }
+  bool above(int v) const { return is_above(value_[v], options_); }
 
   void look_at(std::size_t t) {
     const Eigen::Vector3i& v = mesh_.triangles[t];
@@ -120,7 +127,8 @@ private:
   /// Where f changes its sign and back along an edge, by more than the error.
   bool split_twice_crossed(int a, int b) {
     const Along along(f_, mesh_.vertices[a], mesh_.vertices[b], value_[a], value_[b]);
-    if (along.bend * value_[a] <= 0 || std::min(std::abs(value_[a]), std::abs(value_[b])) >= 0.25 * std::abs(along.bend))
+    if (along.bend == 0 || (along.bend > 0) != above(a) ||
+        std::min(std::abs(value_[a]), std::abs(value_[b])) >= 0.25 * std::abs(along.bend))
       return false;
     const double t = -0.5 * along.slope / along.bend;
     if (!(t > 0 && t < 1) || (along.at_a + 0.5 * t * along.slope > 0) == above(a)) return false;
@@ -136,7 +144,7 @@ private:
     Eigen::Matrix<double, 3, 2> sides;
     sides << mesh_.corner(t, 1) - a, mesh_.corner(t, 2) - a;
     const Eigen::Matrix2d bend = sides.transpose() * f_.hessian * sides;
-    const double sign = value_[mesh_.triangles[t][0]] > 0 ? 1 : -1;
+    const double sign = above(mesh_.triangles[t][0]) ? 1 : -1;
     const double determinant = bend.determinant();
     if (!(determinant > 0) || sign * bend(0, 0) <= 0) return;
     const Eigen::Vector2d s = -bend.inverse() * (sides.transpose() * f_.gradient(a));
@@ -180,9 +188,7 @@ private:
       for (int k = 0; k < 3; ++k) is_cut = is_cut || middle_.contains(edge_key(v[k], v[(k + 1) % 3]));
       if (is_cut) continue;
       const int n = add(land_.on_surface(p, 4 * options_.error_mm));
-      mesh_.triangles[t] = {v[0], v[1], n};
-      mesh_.triangles.emplace_back(v[1], v[2], n);
-      mesh_.triangles.emplace_back(v[2], v[0], n);
+      replace(t, {{v[0], v[1], n}, {v[1], v[2], n}, {v[2], v[0], n}});
     }
     if (middle_.empty()) return;
     for (std::size_t t = 0; t < count; ++t) {
@@ -222,8 +228,16 @@ private:
       std::rotate(ring.begin(), ring.begin() + first, ring.end());
     }
     for (std::size_t k = 2; k < ring.size(); ++k) pieces.emplace_back(ring[0], ring[k - 1], ring[k]);
+    replace(t, pieces);
+  }
+
+  void replace(std::size_t t, const std::vector<Eigen::Vector3i>& pieces) {
     mesh_.triangles[t] = pieces[0];
-    mesh_.triangles.insert(mesh_.triangles.end(), pieces.begin() + 1, pieces.end());
+    new_.push_back(t);
+    for (std::size_t n = 1; n < pieces.size(); ++n) {
+      new_.push_back(mesh_.triangles.size());
+      mesh_.triangles.push_back(pieces[n]);
+    }
   }
 
   /// With one side split: its middle.
@@ -240,6 +254,7 @@ private:
   std::vector<double> value_;
   std::unordered_map<std::uint64_t, Vector3d> middle_;  ///< of edges that are split
   std::vector<std::pair<std::size_t, Vector3d>> inner_;
+  std::vector<std::size_t> new_;  ///< triangles that were not looked at yet
 };
 
 /// Cuts a mesh along f = 0, where f changes its sign at most once along each edge.
@@ -264,12 +279,18 @@ public:
   }
 
 private:
-  bool above(int v) const { return value_[v] > 0; }
+  bool above(int v) const { return is_above(value_[v], options_); }
   bool is_cut(const Eigen::Vector3i& v) const { return above(v[0]) != above(v[1]) || above(v[1]) != above(v[2]); }
 
-  /// Vertices close to the curve are moved onto it: what the cut leaves of their triangles would be slivers. No two neighbours are,
-  /// and none around which f changes its sign more than twice.
+  /// Vertices on the mesh's own curve are points of it as they are. Those close to it are moved onto it: what the cut leaves of
+  /// their triangles would be slivers. No two neighbours are, and none around which f changes its sign more than twice.
   void snap() {
+    for (std::size_t n = 0; n < value_.size(); ++n)
+      if (value_[n] == 0 && !options_.surface) {
+        snapped_[n] = 1;
+        before_.emplace(static_cast<int>(n), mesh_.vertices[n]);
+      }
+    if (!options_.surface) return;  // others would leave the mesh
     const VertexCorners at(mesh_);
     std::vector<char> looked_at(mesh_.vertices.size(), 0);
     for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
@@ -300,7 +321,6 @@ private:
     normal.normalize();
     const double along = (gradient - gradient.dot(normal) * normal).norm();
     if (!(std::abs(value_[n]) < kShare * shortest * along)) return;
-    if (!options_.surface) return;  // it would leave the mesh
     const std::optional<Vector3d> p = land_.on_curve(mesh_.vertices[n], 2 * kShare * shortest);
     if (!p) return;
     before_.emplace(n, mesh_.vertices[n]);
@@ -323,6 +343,7 @@ private:
     const std::size_t first = mesh_.vertices.size();
     mesh_.vertices.resize(first + edges.size());
     std::vector<Vector3d> chord(edges.size());
+    std::vector<char> settled(edges.size(), 1);
     tbb::parallel_for(std::size_t{0}, edges.size(), [&](std::size_t n) {
       const auto [a, b] = edges[n];
       const Vector3d& pa = mesh_.vertices[a];
@@ -330,9 +351,12 @@ private:
       chord[n] = f_.nearest(pa + Along(f_, pa, pb, value_[a], value_[b]).root() * (pb - pa));
       mesh_.vertices[first + n] = chord[n];
       if (!options_.surface) return;
-      if (const auto p = land_.on_curve(chord[n], 0.5 * (pb - pa).norm())) mesh_.vertices[first + n] = *p;
+      const std::optional<Vector3d> p = land_.on_curve(chord[n], 0.5 * (pb - pa).norm());
+      settled[n] = p.has_value();
+      if (p) mesh_.vertices[first + n] = *p;
     });
-    for (std::size_t n = 0; n < edges.size(); ++n) before_.emplace(static_cast<int>(first + n), chord[n]);
+    for (std::size_t n = 0; n < edges.size(); ++n)
+      if (settled[n]) before_.emplace(static_cast<int>(first + n), chord[n]);
   }
 
   int crossing(int a, int b) const { return snapped_[a] ? a : snapped_[b] ? b : crossing_.at(edge_key(a, b)); }
@@ -411,7 +435,7 @@ private:
   std::optional<QuadricClipped> assemble() {
     Mesh cut;
     cut.vertices = mesh_.vertices;
-    std::unordered_map<int, int> next;  // along the caps: the other way round than along the pieces
+    std::vector<std::array<int, 2>> rim;  // along the caps: the other way round than along the pieces
     for (const Eigen::Vector3i& v : mesh_.triangles) {
       if (!is_cut(v)) {
         if (above(v[0])) cut.triangles.push_back(v);
@@ -419,13 +443,25 @@ private:
       }
       const Piece left = piece(v);
       add(left, cut);
-      if (left.leaves != left.enters && !next.try_emplace(left.enters, left.leaves).second) return std::nullopt;
+      if (left.leaves != left.enters) rim.push_back({left.enters, left.leaves});
     }
-    for (const auto& [from, to] : next)
-      if (!next.contains(to)) return std::nullopt;
+    std::unordered_map<int, int> next;
+    if (!follow_rim(rim, next)) return std::nullopt;
     const std::size_t pieces = cut.triangles.size();
     if (!append_caps(f_, loops_of(next), options_.error_mm, cut)) return std::nullopt;
     return numbered(cut, pieces, next);
+  }
+
+  /// Where each point of the rim leads. Edges that it runs both ways, in which the surface only touches f = 0, are none of it.
+  /// @returns false where it does not lead round
+  static bool follow_rim(std::vector<std::array<int, 2>>& rim, std::unordered_map<int, int>& next) {
+    std::sort(rim.begin(), rim.end());
+    const auto leads_back = [&](const std::array<int, 2>& side) {
+      return std::binary_search(rim.begin(), rim.end(), std::array<int, 2>{side[1], side[0]});
+    };
+    for (const auto& side : rim)
+      if (!leads_back(side) && !next.try_emplace(side[0], side[1]).second) return false;
+    return std::all_of(next.begin(), next.end(), [&](const auto& side) { return next.contains(side.second); });
   }
 
   void add(const Piece& left, Mesh& cut) const {
@@ -463,8 +499,10 @@ private:
         if (number[n] < 0) {
           number[n] = static_cast<int>(result.mesh.vertices.size());
           result.mesh.vertices.push_back(cut.vertices[n]);
-          const bool is_moved = before_.contains(n);  // onto both surfaces
-          result.on.push_back(next.contains(n) && is_moved ? On::crease : next.contains(n) || t >= pieces ? On::cap : On::surface);
+          const bool is_settled = before_.contains(n);  // on both surfaces
+          result.on.push_back(next.contains(n) && is_settled    ? On::crease
+                              : next.contains(n) || t >= pieces ? On::cap
+                                                                : On::surface);
         }
         n = number[n];
       }
@@ -541,12 +579,18 @@ bool follow(QuadricClipped& clipped, const Quadric& f, const QuadricClipOptions&
   return true;
 }
 
-std::optional<QuadricClipped> clipped(const Mesh& mesh, const Quadric& f, const QuadricClipOptions& options) {
+std::optional<QuadricClipped> clip_by_quadric(const Mesh& mesh, const Quadric& f, const QuadricClipOptions& options) {
   Mesh refined = mesh;
   Refiner refiner(refined, f, options);
   refiner.run();
   std::optional<QuadricClipped> result = Cutter(std::move(refined), refiner.values(), f, options).run();
-  if (!result || !options.surface) return result;
+  if (!result) return result;
+  const auto is_whole = [](QuadricClipped::On on) { return on == QuadricClipped::On::surface; };
+  if (std::all_of(result->on.begin(), result->on.end(), is_whole) && holds_ellipsoid(mesh, f)) {
+    append_ellipsoid(f, options.error_mm, result->mesh);
+    result->on.resize(result->mesh.vertices.size(), QuadricClipped::On::cap);
+  }
+  if (!options.surface) return result;
   join_close_points(*result, options.error_mm);
   return result;
 }

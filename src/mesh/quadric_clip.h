@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "mesh/quadric.h"
 #include "rayrep/mesh/mesh.h"
+#include "rayrep/mesh/quadric.h"
 
 namespace rayrep {
 
@@ -20,6 +20,9 @@ using LevelSurface = std::function<std::optional<LevelAt>(const Eigen::Vector3d&
 struct QuadricClipOptions {
   double error_mm = 0.02;  ///< of chords: as far as edges and triangles may be from the curve and from f = 0
   LevelSurface surface;    ///< vertices on the cut are put on it, too; empty: they stay on the mesh
+  /// Vertices at which f is 0 count as above it. Who cuts by f and by -f wants that of one of them, so that the parts are one
+  /// another's complement, corner by corner.
+  bool zero_is_above = false;
 };
 
 struct QuadricClipped {
@@ -36,9 +39,9 @@ struct QuadricClipped {
 /// Takes time in the number of triangles, and a logarithm more of those that are cut.
 /// @param mesh  closed, every edge in two triangles, facing outward; not crossing itself
 /// @return      none where the curves on f = 0 do not bound parts of it that can be triangulated, as where they come nearer to each
-///              other than the error; all or nothing of the mesh where f = 0 does not meet it. A sheet of f = 0 that lies wholly
-///              within the mesh is not seen.
-std::optional<QuadricClipped> clipped(const Mesh& mesh, const Quadric& f, const QuadricClipOptions& options);
+///              other than the error; all or nothing of the mesh where f = 0 does not meet it, but for an ellipsoid that lies
+///              wholly within it, which becomes a shell. Of f and -f the caps are the same triangles.
+std::optional<QuadricClipped> clip_by_quadric(const Mesh& mesh, const Quadric& f, const QuadricClipOptions& options);
 
 /// The same triangles for a slightly different f: vertices of caps move along its gradient, those of creases along both surfaces.
 /// What it does is smooth in f.

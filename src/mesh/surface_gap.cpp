@@ -23,8 +23,16 @@ constexpr double kSpan = 3;       // and how much larger than its first triangle
 struct Face {
   int triangle;
   Corners3 corners;
+  Eigen::AlignedBox3d box;
   Vector3d normal;  ///< of unit length, 0 where rounding may have tilted it
 };
+
+Eigen::AlignedBox3d box_of(const Corners3& t) { return {t[0].cwiseMin(t[1]).cwiseMin(t[2]), t[0].cwiseMax(t[1]).cwiseMax(t[2])}; }
+
+/// Squared, without branches.
+inline double distance2(const Eigen::AlignedBox3d& a, const Eigen::AlignedBox3d& b) {
+  return (a.min() - b.max()).cwiseMax(b.min() - a.max()).cwiseMax(0).squaredNorm();
+}
 
 Vector3d safe_normal(const Corners3& t) {
   const Vector3d ab = t[1] - t[0];
@@ -85,6 +93,7 @@ public:
       for (const int v : t)
         if (std::find(vertices.begin(), vertices.begin() + used, v) == vertices.begin() + used) vertices[used++] = v;
     }
+    box_ = box;
     centre_ = box.center();
     points_.resize(static_cast<Eigen::Index>(used), 3);
     for (std::size_t n = 0; n < used; ++n) points_.row(static_cast<Eigen::Index>(n)) = mesh_.vertices[vertices[n]] - centre_;
@@ -95,6 +104,8 @@ public:
   /// Finds the faces that may be nearer than `limit_mm` to one of its triangles.
   void look_around(double limit_mm) {
     surface_.triangles_near(centre_, limit_mm + radius_mm_, found_);
+    std::erase_if(found_, [&](int t) { return distance2(box_of(corners_of(surface_.mesh(), t)), box_) >= limit_mm * limit_mm; });
+    std::sort(found_.begin(), found_.end());
     faces_.clear();
     for (const int t : found_) {
       const Corners3 corners = corners_of(surface_.mesh(), t);
@@ -102,9 +113,8 @@ public:
       const double height = normal.dot(corners[0] - centre_);
       const auto along = (points_.col(0) * normal.x() + points_.col(1) * normal.y() + points_.col(2) * normal.z()).eval();
       if (along.minCoeff() - height >= limit_mm || height - along.maxCoeff() >= limit_mm) continue;
-      faces_.push_back({t, corners, normal});
+      faces_.push_back({t, corners, box_of(corners), normal});
     }
-    std::sort(faces_.begin(), faces_.end(), [](const Face& a, const Face& b) { return a.triangle < b.triangle; });
   }
 
   /// The face nearest to the k-th triangle, if it is nearer than `limit_mm`.
@@ -112,9 +122,11 @@ public:
     NearestPair best;
     if (faces_.empty()) return best;
     const Corners3 own = corners_of(mesh_, first_[k]);
+    const Eigen::AlignedBox3d box = box_of(own);
     const Vector3d normal = safe_normal(own);
     for (const Face& face : faces_) {
       const double limit = std::min(limit_mm, best.distance_mm);
+      if (distance2(box, face.box) >= limit * limit) continue;
       if (clearance(face.corners[0], face.normal, own) >= limit || clearance(own[0], normal, face.corners) >= limit ||
           kept_apart(own, face.corners, limit))
         continue;
@@ -129,6 +141,7 @@ private:
   const SurfaceQuery& surface_;
   const int* first_ = nullptr;                                                      ///< of its triangles
   Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, 3 * kMost, 3> points_;  ///< their corners, from the centre
+  Eigen::AlignedBox3d box_;
   Vector3d centre_ = Vector3d::Zero();
   double radius_mm_ = 0;
   std::vector<int> found_;

@@ -345,13 +345,29 @@ TEST(ClippedCavity, FollowsAsItWouldBeCut) {
   EXPECT_NEAR(mesh_moments(followed->mesh)[M1], mesh_moments(cut->mesh)[M1], 0.01 * surface_area(cut->mesh));
 }
 
-TEST(ClippedCavity, LeavesAnEllipsoidWithinToTheGrid) {
+TEST(ClippedCavity, AnEllipsoidWithinIsACavityOrAnIsland) {
   Twins twins(icosphere(12, 5), 0.5);
   Moments q = Moments::Zero();
   q[M1] = 16;
   q[MXX] = q[MYY] = q[MZZ] = -1;
-  EXPECT_FALSE(twins.clipped->cut(q));
-  EXPECT_GT(mesh_cavity(twins.field, twins.surface, q, twins.options).cavities, 0u);
+  const double ball = 4.0 / 3 * kPi * 64;
+  const double area = 4 * kPi * 16;
+  const auto cavity = twins.clipped->cut(q);
+  ASSERT_TRUE(cavity);
+  EXPECT_EQ(cavity->cavities, 1u);
+  EXPECT_NEAR(-mesh_moments(cavity->mesh)[M1], ball, 0.02 * area);
+  q[M1] = 16.8;  // 0.1 mm more
+  const auto larger = twins.clipped->follow(q);
+  ASSERT_TRUE(larger);
+  EXPECT_NEAR(mesh_moments(cavity->mesh)[M1] - mesh_moments(larger->mesh)[M1], 0.1 * area, 0.005 * area);
+  q[M1] = 16;
+  const auto around = twins.clipped->cut(-q);  // material floats in the middle, and is left out
+  const CavityMesh meshed = mesh_cavity(twins.field, twins.surface, -q, twins.options);
+  ASSERT_TRUE(around);
+  EXPECT_EQ(around->cavities, meshed.cavities);
+  EXPECT_EQ(around->removed_islands, meshed.removed_islands);
+  EXPECT_EQ(around->removed_islands, 1u);
+  EXPECT_NEAR(around->removed_mm3, ball, 0.02 * area);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <Eigen/Geometry>
@@ -253,12 +254,28 @@ TEST(Decimate, SaysWhereItReachesBeyondTheSurface) {
 }
 
 TEST(Decimate, IsTheSameForAnyNumberOfThreads) {
-  const Mesh mesh = bumpy(5, 0.3);
+  const Mesh mesh = test::icosphere(10, 6);
+  ASSERT_GT(mesh.vertices.size(), 40000u) << "of many parts that are worked on at once";
   DecimatedMesh alone;
-  tbb::task_arena(1).execute([&] { alone = within(0.05, mesh); });
-  const DecimatedMesh together = within(0.05, mesh);
+  tbb::task_arena(1).execute([&] { alone = within(0.01, mesh); });
+  const tbb::global_control more(tbb::global_control::max_allowed_parallelism, 8);
+  DecimatedMesh together;
+  tbb::task_arena(8).execute([&] { together = within(0.01, mesh); });
   EXPECT_EQ(alone.kept, together.kept);
   EXPECT_EQ(alone.mesh.triangles, together.mesh.triangles);
+  expect_sound(mesh, together, 0.01);
+}
+
+TEST(Decimate, SeamsOfItsPartsDoNotShow) {
+  // A ball is the same everywhere: so many triangles as one that is a single part, by their size.
+  std::size_t before = 0;
+  for (const int subdivisions : {5, 6}) {
+    const std::size_t triangles = within(0.05, test::icosphere(10, subdivisions)).mesh.triangles.size();
+    if (before > 0) {
+      EXPECT_NEAR(static_cast<double>(triangles), static_cast<double>(before), 0.1 * static_cast<double>(before));
+    }
+    before = triangles;
+  }
 }
 
 TEST(Decimate, HoldsWhenCoordinatesAreRounded) {

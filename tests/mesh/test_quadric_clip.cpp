@@ -11,7 +11,9 @@
 #include "mesh/predicates.h"
 #include "mesh/quadric_chart.h"
 #include "mesh/quadric_clip.h"
+#include "rayrep/base/error.h"
 #include "rayrep/make/cavity.h"
+#include "rayrep/mesh/clip.h"
 #include "rayrep/mesh/level_set.h"
 #include "solids.h"
 
@@ -177,8 +179,6 @@ Quadric quadric(Kind kind, Random& random) {
   return f;
 }
 
-Quadric reversed(const Quadric& f) { return {-f.hessian, -f.slope, -f.constant}; }
-
 TEST(QuadricChart, LiftsToWhatIsMappedThere) {
   Random random(8);
   int lifted = 0;
@@ -273,8 +273,8 @@ TEST(QuadricClip, OfEveryKindIsClosedAndHoldsWhatIsAbove) {
     int refused = 0;
     for (int n = 0; n < kCases * static_cast<int>(Kind::count); ++n) {
       const Quadric f = quadric(static_cast<Kind>(n % static_cast<int>(Kind::count)), random);
-      const auto above = clipped(mesh, f, options);
-      const auto below = clipped(mesh, reversed(f), options);
+      const auto above = clip_by_quadric(mesh, f, options);
+      const auto below = clip_by_quadric(mesh, -f, options);
       if (!above || !below) {
         ++refused;
         continue;
@@ -311,7 +311,7 @@ TEST(QuadricClip, CreasesLieOnBothSurfaces) {
   int creases = 0;
   for (int n = 0; n < 40; ++n) {
     const Quadric f = quadric(static_cast<Kind>(n % static_cast<int>(Kind::count)), random);
-    const auto cut = clipped(mesh, f, options);
+    const auto cut = clip_by_quadric(mesh, f, options);
     if (!cut) continue;
     double sum = 0;
     int here = 0;
@@ -338,7 +338,7 @@ TEST(QuadricClip, OfABallByAPlaneIsItsCapToSecondOrder) {
   for (const double spacing : {1.6, 0.8, 0.4}) {
     QuadricClipOptions options;
     options.surface = level_of(ball);
-    const auto cut = clipped(mesh_of(ball, spacing), f, options);
+    const auto cut = clip_by_quadric(mesh_of(ball, spacing), f, options);
     ASSERT_TRUE(cut);
     errors.push_back(exact - mesh_moments(cut->mesh)[M1]);
   }
@@ -349,7 +349,7 @@ TEST(QuadricClip, OfABallByAPlaneIsItsCapToSecondOrder) {
 TEST(QuadricClip, LeavesWhatIsNotCutBitByBit) {
   const Mesh ball = icosphere(10, 4);
   const Quadric f{Eigen::Matrix3d::Zero(), Vector3d::UnitZ(), -2.03};
-  const auto cut = clipped(ball, f, {});
+  const auto cut = clip_by_quadric(ball, f, {});
   ASSERT_TRUE(cut);
   std::size_t same = 0;
   std::map<std::array<double, 3>, int> vertices;
@@ -364,8 +364,8 @@ TEST(QuadricClip, LeavesWhatIsNotCutBitByBit) {
 
 TEST(QuadricClip, OfWhatDoesNotMeetItIsAllOrNothing) {
   const Mesh ball = icosphere(10, 2);
-  const auto all = clipped(ball, {Eigen::Matrix3d::Zero(), Vector3d::UnitZ(), 20}, {});
-  const auto none = clipped(ball, {Eigen::Matrix3d::Zero(), Vector3d::UnitZ(), -20}, {});
+  const auto all = clip_by_quadric(ball, {Eigen::Matrix3d::Zero(), Vector3d::UnitZ(), 20}, {});
+  const auto none = clip_by_quadric(ball, {Eigen::Matrix3d::Zero(), Vector3d::UnitZ(), -20}, {});
   ASSERT_TRUE(all && none);
   EXPECT_EQ(all->mesh.triangles.size(), ball.triangles.size());
   EXPECT_TRUE(none->mesh.triangles.empty());
@@ -376,7 +376,7 @@ TEST(QuadricClip, FindsWhereLargeTrianglesAreMetInTheirMiddle) {
   Quadric f;
   f.hessian.diagonal() << -2, -2, 0;
   f.constant = 9;
-  const auto cut = clipped(box({-20, -20, -5}, {20, 20, 5}), f, {});
+  const auto cut = clip_by_quadric(box({-20, -20, -5}, {20, 20, 5}), f, {});
   ASSERT_TRUE(cut);
   EXPECT_EQ(edges_not_of_two(cut->mesh), 0);
   EXPECT_NEAR(mesh_moments(cut->mesh)[M1], 10 * kPi * 9, 0.02 * surface_area(cut->mesh));
@@ -391,7 +391,7 @@ TEST(QuadricClip, FollowsSmoothlyAndComesBack) {
   int followed = 0;
   for (int n = 0; n < 40; ++n) {
     const Quadric f = quadric(static_cast<Kind>(n % static_cast<int>(Kind::count)), random);
-    const auto cut = clipped(mesh, f, options);
+    const auto cut = clip_by_quadric(mesh, f, options);
     if (!cut || cut->mesh.triangles.empty()) continue;
     const auto nearby = [&f](double by) {
       Quadric moved = f;
@@ -414,6 +414,122 @@ TEST(QuadricClip, FollowsSmoothlyAndComesBack) {
     EXPECT_NEAR(mesh_moments(there.mesh)[M1], mesh_moments(cut->mesh)[M1], 1e-5 * surface_area(cut->mesh)) << n;
   }
   EXPECT_GT(followed, 25);
+}
+
+// Clips of meshes by quadrics, as callers have them.
+
+/// What lies where f > 0 and where f < 0, closed and together the whole.
+void expect_parts(const Mesh& mesh, const Quadric& f, double error_mm) {
+  const Mesh above = clipped(mesh, f, {error_mm});
+  const Mesh below = clipped(mesh, -f, {error_mm});
+  EXPECT_EQ(edges_not_of_two(above), 0);
+  EXPECT_EQ(edges_not_of_two(below), 0);
+  expect_moments_near(mesh_moments(above) + mesh_moments(below), mesh_moments(mesh), 1e-9, 20);
+}
+
+TEST(QuadricCut, PartsAddUpToTheWholeForEveryKind) {
+  Random random(12);
+  const Mesh bodies[] = {box({-11, -8, -6}, {11, 8, 6}), torus(9, 4, 30, 15), icosphere(12, 3),
+                         hollow(box({-11, -11, -11}, {11, 11, 11}), box({-5, -4, -3}, {3, 4, 5}))};
+  int refused = 0;
+  for (const Mesh& body : bodies)
+    for (int n = 0; n < 20 * static_cast<int>(Kind::count); ++n) {
+      SCOPED_TRACE(n);
+      const Quadric f = quadric(static_cast<Kind>(n % static_cast<int>(Kind::count)), random);
+      try {
+        expect_parts(body, f, 0.05);
+      } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ErrorCode::input);
+        EXPECT_THROW(clipped(body, -f, {0.05}), Error) << "the other part is refused, too";
+        ++refused;
+      }
+    }
+  EXPECT_LE(refused, 20);
+}
+
+TEST(QuadricCut, ADrillTakesOutItsCylinder) {
+  const Mesh plate = box({-20, -15, -5}, {20, 15, 5});
+  const Vector3d axis = Vector3d(0.1, 0.2, 1).normalized();
+  const Quadric drill = Quadric::cylinder({3, -2, 1}, axis, 4);
+  const double exact = kPi * 16 * 10 / axis.z();
+  std::vector<double> missing;
+  for (const double error : {0.04, 0.01, 0.0025}) {
+    const Mesh core = clipped(plate, -drill, {error});
+    missing.push_back(exact - mesh_moments(core)[M1]);
+    EXPECT_GT(missing.back(), 0) << "chords lie inside";
+    EXPECT_LT(missing.back(), error * 2 * kPi * 4 * 10 / axis.z());
+    expect_parts(plate, drill, error);
+    for (const Vector3d& v : core.vertices) {
+      EXPECT_LT(drill.distance(v), 1e-12);
+      EXPECT_LT(std::abs(v.z()), 5 + 1e-12);
+    }
+  }
+  for (std::size_t n = 1; n < missing.size(); ++n)
+    EXPECT_NEAR(std::log2(missing[n - 1] / missing[n]), 2, 1) << "of first order in it";
+}
+
+TEST(QuadricCut, CreasesAreOnBothSurfaces) {
+  const Vector3d half(11, 8, 6);
+  const Quadric f = Quadric::cylinder({4, 3, 0}, Vector3d(1, 2, 3).normalized(), 5);
+  const Mesh cut = clipped(box(-half, half), f);
+  int creases = 0;
+  for (const Vector3d& v : cut.vertices) {
+    const double to_box = (v.cwiseAbs() - half).maxCoeff();
+    const double to_f = f.distance(v);
+    EXPECT_LT(to_box, 1e-12);
+    EXPECT_GT(to_f, -1e-12);
+    EXPECT_LT(std::min(-to_box, to_f), 1e-12) << "on one of them at least";
+    creases += -to_box < 1e-12 && to_f < 1e-12;
+  }
+  EXPECT_GT(creases, 50);
+}
+
+TEST(QuadricCut, RunsAlongEdgesAndThroughCorners) {
+  const Mesh cube = box({-5, -5, -5}, {5, 5, 5});
+  const Vector3d z = Vector3d::UnitZ();
+  for (const double radius : {5., 5 * std::sqrt(2.), 2.5, 10.})
+    for (const Vector3d& at :
+         {Vector3d(0, 0, 0), Vector3d(5, 5, 0), Vector3d(0, 5, 0), Vector3d(5, 10, 0), Vector3d(2.5, 2.5, 2.5)})
+      for (const Vector3d& axis : {z, Vector3d(Vector3d::UnitX()), Vector3d(Vector3d(1, 1, 1).normalized())}) {
+        SCOPED_TRACE(radius);
+        SCOPED_TRACE(at.transpose());
+        SCOPED_TRACE(axis.transpose());
+        expect_parts(cube, Quadric::cylinder(at, axis, radius), 0.02);
+      }
+  const Mesh quarter = clipped(cube, -Quadric::cylinder({5, 5, 0}, z, 5));
+  EXPECT_NEAR(mesh_moments(quarter)[M1], kPi * 25 / 4 * 10, 0.02 * 80);
+}
+
+TEST(QuadricCut, AnEllipsoidWithinIsAShell) {
+  Quadric f;  // positive inside of semi-axes 3, 4 and 5 about (1, 2, 0)
+  f.hessian.diagonal() << -2. / 9, -2. / 16, -2. / 25;
+  f.slope = -f.hessian * Vector3d(1, 2, 0);
+  f.constant = 1 + 0.5 * Vector3d(1, 2, 0).dot(f.hessian * Vector3d(1, 2, 0));
+  const double volume = 4 * kPi / 3 * 60;
+  const Mesh body = box({-11, -11, -11}, {11, 11, 11});
+  for (const double error : {0.1, 0.01}) {
+    const Mesh inside = clipped(body, f, {error});
+    EXPECT_TRUE(is_closed_solid(inside));
+    EXPECT_LT(mesh_moments(inside)[M1], volume);
+    EXPECT_GT(mesh_moments(inside)[M1], volume - error * 160);
+    for (std::size_t t = 0; t < inside.triangles.size(); ++t) {
+      const Vector3d middle = (inside.corner(t, 0) + inside.corner(t, 1) + inside.corner(t, 2)) / 3;
+      EXPECT_LT(std::abs(f.distance(middle)), error);
+    }
+    expect_parts(body, f, error);
+  }
+  EXPECT_TRUE(clipped(box({20, 20, 20}, {30, 30, 30}), f).triangles.empty()) << "outside of the mesh it is nothing";
+  const Mesh around = hollow(body, box({-8, -8, -8}, {8, 8, 8}));
+  EXPECT_TRUE(clipped(around, f).triangles.empty()) << "nor is it in a hole of it";
+}
+
+TEST(QuadricCut, ByAPlaneIsTheClipByIt) {
+  const Mesh body = torus(9, 4, 30, 15);
+  const Vector3d normal = Vector3d(1, 2, 3).normalized();
+  const Mesh by_quadric = clipped(body, Quadric::plane(3 * normal, 3 * 0.7));
+  const Mesh by_plane = clipped(body, ClipPlane{normal, 0.7});
+  EXPECT_EQ(by_quadric.triangles.size(), by_plane.triangles.size());
+  expect_moments_near(mesh_moments(by_quadric), mesh_moments(by_plane), 1e-12, 20);
 }
 
 }  // namespace
