@@ -33,9 +33,10 @@ const std::map<std::string, std::set<std::string>> kFolders = {
     {"shape", {"base", "mesh", "physics", "rays", "solve", "make"}},
     {"print", {"base", "mesh", "io", "physics"}},
     {"draw", {"base", "mesh", "physics"}},
+    {"motion", {"base", "mesh", "io", "physics"}},
     {"judge", {"base", "mesh", "io", "physics"}},
     {"advice", {"base", "mesh", "physics", "rays", "solve", "make", "shape", "judge"}},
-    {"report", {"base", "mesh", "io", "physics", "rays", "solve", "make", "print", "judge"}},
+    {"report", {"base", "mesh", "io", "physics", "rays", "solve", "make", "print", "motion", "judge"}},
 };
 
 /// Third-party headers, by the beginning of their names, and the only sources that may include them; empty: any source.
@@ -50,7 +51,7 @@ const std::map<std::string, std::set<std::string>> kThirdParty = {
     {"zip.h", {"archive"}},
     {"png.h", {"png_rows"}},
     {"cairo.h", {"drawing_png"}},
-    {"nlohmann/", {"json", "html"}},
+    {"nlohmann/", {"json", "html", "motion_json", "scene_file"}},
     {"fmt/", {"text", "words"}},
     {"httplib.h", {"server"}},
     {"boost/", {}},

@@ -32,8 +32,13 @@
 #include "rayrep/draw/bead_bars.h"        // what a nozzle lays down -> triangles
 #include "rayrep/draw/shading.h"          // triangles -> pixels
 
+#include "rayrep/motion/scene.h"          // parts that move: states, and the ways between them
+#include "rayrep/motion/motion_check.h"   // when, where and how badly they get into each other
+#include "rayrep/motion/carve.h"          // room for the way of one through another
+
 #include "rayrep/make/waterline.h"        // which waterlines can be met
 #include "rayrep/make/preview.h"          // what would be found, without a mesh
 #include "rayrep/make/cavity.h"           // solution -> mesh of the cavity
+#include "rayrep/report/motion_report.h"  // what was found out about a scene -> JSON, text
 #include "rayrep/report/page_data.h"      // what a page shows, without the page
 // clang-format on

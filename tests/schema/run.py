@@ -18,6 +18,32 @@ RUNS = [
     ("float", "duck.stl", "--resolution", "40", "--waterline", "2", "--allow", "waterline"),
 ]
 
+# Two parts, of which one passes the other.
+SCENE = {
+    "parts": {"duck": {"mesh": str(EXAMPLES / "duck.stl")}, "heart": {"mesh": str(EXAMPLES / "heart.stl"), "pivot": [0, 0, 10], "printed": False, "density": 2}},
+    "states": {"left": {"up": "z", "poses": {"heart": {"at": [-200, 0, 0]}}}, "right": {"poses": {"heart": {"at": [200, 0, 0], "axis": "z", "deg": 90}}}},
+    "transitions": [{"from": "left", "to": "right", "motions": {"heart": {"translation": [{"time": 0.5, "at": [0, 0, 5], "in": [-80, 0, 0], "out": [80, 0, 0]}]}}}],
+    "may_touch": [{"parts": ["duck", "heart"], "clearance": 0.2}], "room": [[-300, -300, -300], [300, 300, 300]],
+}
+SCENE_RUNS = [("motion", "scene.json"), ("scene", "check", "scene.json"), ("carve", "scene.json", "--part", "duck", "--by", "heart", "--tolerance", "4")]
+
+
+def check_scenes(tool, schema, validator):
+    """The scene against its schema, and what is told of it."""
+    failed = list(validator(json.loads((ROOT / "docs/scene.schema.json").read_text())).iter_errors(SCENE))
+    for words in SCENE_RUNS:
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "scene.json").write_text(json.dumps(SCENE))
+            ended = subprocess.run([tool, *words, "--json"], cwd=folder, capture_output=True, text=True)
+        told = json.loads(ended.stdout)
+        of_kind = validator({"$ref": "#/$defs/" + words[0], "$defs": schema["$defs"]})
+        errors = list(of_kind.iter_errors(told))
+        print(("FAILED  " if errors or of_kind.is_valid({**told, "another": 1}) else "ok      ") + " ".join(words))
+        failed += errors
+    for error in failed[:5]:
+        print("        %s: %s" % ("/".join(map(str, error.absolute_path)), error.message[:200]))
+    return len(failed)
+
 
 def main():
     try:
@@ -27,7 +53,7 @@ def main():
         return 0
     schema = json.loads((ROOT / "docs/report.schema.json").read_text())
     jsonschema.Draft202012Validator.check_schema(schema)
-    failed = 0
+    failed = check_scenes(str(Path(sys.argv[1]).resolve()), schema, jsonschema.Draft202012Validator)
     for command, mesh, *more in RUNS:
         with tempfile.TemporaryDirectory() as folder:
             ended = subprocess.run([str(Path(sys.argv[1]).resolve()), command, str(EXAMPLES / mesh), *more, "--json"], cwd=folder, capture_output=True, text=True)

@@ -162,7 +162,8 @@ Planned plan_job(const Job& job, Hashes& hashes) {
     refuse(error.what());
   }
   const Command command = planned.options.command;
-  if (command == Command::batch || command == Command::sweep || command == Command::studio || command == Command::text)
+  if (command == Command::batch || command == Command::sweep || command == Command::studio || command == Command::text ||
+      planned.options.takes_scene())
     refuse("'" + job.command + "' is no command for a job.");
   planned.key = version() + '\n' + planned.input + '\n' + to_line(job);
   // Files that options name: FILE, or FILE=G_CM3.

@@ -752,6 +752,67 @@ std::vector<Group> studio_groups(Options& options) {
   return {{"The page", page}};
 }
 
+Settings scene_output_rows(Options& options) {
+  Settings rows = {{.name = "json", .value = "", .words = "JSON on standard output", .details = "", .place = &options.json}};
+  append(rows, common_rows(options, false));
+  std::erase_if(rows, [](const Setting& s) { return s.name == "config" || s.name == "save-config"; });
+  return rows;
+}
+
+Setting clearance_row(Options& options, const char* words, const char* details) {
+  return {.name = "clearance",
+          .value = "MM",
+          .words = words,
+          .details = details,
+          .place = &options.scene.clearance_mm,
+          .range = {.lo = 0, .hi = 1000, .open = false},
+          .unset = "the scene's"};
+}
+
+std::vector<Group> motion_groups(Options& options) {
+  Settings checking = {
+      {.name = "tolerance",
+       .value = "T",
+       .words = "miss no overlap longer than this share of its transition",
+       .details =
+           "What is not told is proven to be clear, but for overlaps that are shorter. The ends of overlaps are found to half of "
+           "it.",
+       .place = &options.scene.tolerance,
+       .range = {.lo = 1e-7, .hi = 0.5, .open = false}},
+      clearance_row(options, "parts come no nearer to each other than this",
+                    "In place of the scene's \"clearance\". Pairs that have one of their own keep it; pairs that may touch are not "
+                    "tested.")};
+  return {{"The check", checking}, {"Output", scene_output_rows(options)}};
+}
+
+Setting part_row(const char* name, const char* value, const char* words, std::string& part) {
+  return {.name = name,
+          .value = value,
+          .words = words,
+          .details = "",
+          .place = TextPlace{[&part](const std::string& text) { part = text; }, [&part] { return part.empty() ? "none" : part; }}};
+}
+
+std::vector<Group> carve_groups(Options& options) {
+  Settings carving = {part_row("part", "A", "what is carved", options.scene.part),
+                      part_row("by", "B", "what makes its way through it", options.scene.by),
+                      clearance_row(options, "that is left between them, everywhere on the way",
+                                    "Without it the scene's, or 0.3 mm where that has none."),
+                      {.name = "tolerance",
+                       .value = "MM",
+                       .words = "by so much more may be taken away, never less",
+                       .details = "Time and triangles grow with its square.",
+                       .place = &options.scene.carve_tolerance_mm,
+                       .range = {.lo = 1e-3, .hi = 100, .open = false}}};
+  Settings files = {{.name = "output,o",
+                     .value = "FILE",
+                     .words = "what is left of A: .stl .obj .ply .3mf (default A_carved.stl)",
+                     .details = "In the coordinates of A's mesh: name it in the scene in place of that.",
+                     .place = path_place(options.output)}};
+  append(files, scene_output_rows(options));
+  return {{"Carving", carving}, {"Output", files}};
+}
+
 }  // namespace
 
 std::string long_name(const Setting& setting) { return setting.name.substr(0, setting.name.find(',')); }
@@ -831,7 +892,7 @@ std::set<std::string> replaced_by(const std::string& name) {
 /// Adds what a file says, where the command line does not say it. @returns the file
 /// @throws Error{usage}
 std::optional<SpecFile> add_spec_file(const std::vector<Group>& groups, Given& given, Options& options) {
-  if (options.command == Command::batch || options.command == Command::studio) return std::nullopt;
+  if (options.command == Command::batch || options.command == Command::studio || options.takes_scene()) return std::nullopt;
   const auto ends_in_json = [](const std::string& name) { return std::filesystem::path(name).extension() == ".json"; };
   const auto input = given.find("input");
   if (input != given.end() && ends_in_json(input->second.front())) {
@@ -1107,6 +1168,16 @@ void choose_output(Options& options) {
     usage_error("Cannot tell what to write from the name '" + options.output.string() + "': end it in .stl, .obj, .ply or .3mf.");
 }
 
+/// @throws Error{usage} for parts that are not named, or a file that cannot be written
+void choose_carving(Options& options) {
+  if (options.command != Command::carve) return;
+  if (options.scene.part.empty() || options.scene.by.empty())
+    usage_error("Name both parts: rayrep carve " + quoted(options.input.string()) + " --part A --by B.");
+  if (options.output.empty()) options.output = options.scene.part + "_carved.stl";
+  if (!can_write(options.output))
+    usage_error("Cannot tell what to write from the name '" + options.output.string() + "': end it in .stl, .obj, .ply or .3mf.");
+}
+
 /// @throws Error{usage} for an output that is missing
 void choose_batch(Options& options) {
   if (options.command == Command::batch && options.batch.folder.empty())
@@ -1239,6 +1310,19 @@ const std::vector<Syntax>& commands() {
                    "rayrep inspect MESH [options]: size, volume, mass, centre of mass, inertia and defects of MESH.\n"
                    "Of a .gcode or .sl1 file what measure tells.\n",
                    "size, volume, mass, inertia and defects of MESH", Command::inspect});
+    all.push_back({"scene",
+                   "rayrep scene check SCENE [options]: what is wrong with a scene, a JSON file of parts that move.\n"
+                   "Parts that are no solids, states that name no part, motions that leave the scene, bodies that\n"
+                   "overlap in a state. Its form: docs/scene.md. Exit code 0: nothing, 3: something is wrong.\n",
+                   "check a scene of parts that move: scene check SCENE", Command::scene, "SCENE"});
+    all.push_back({"motion",
+                   "rayrep motion SCENE [options]: when, where and how badly parts get into each other on their way.\n"
+                   "Exit code 0: they never do, 4: some do.\n",
+                   "when, where and how badly parts that move get into each other", Command::motion, "SCENE"});
+    all.push_back({"carve",
+                   "rayrep carve SCENE --part A --by B [options]: take out of A the way that B makes through it.\n"
+                   "The rest of A's surface stays as it is. Afterwards 'rayrep motion' finds them that far apart.\n",
+                   "carve out of a part the way that another one makes through it", Command::carve, "SCENE"});
     all.push_back({"batch",
                    "rayrep batch JOBS.jsonl -o FOLDER [options]: run many, each as a process of its own.\n"
                    "A job is a line of JSON: {\"command\": \"float\", \"mesh\": \"duck.stl\", \"options\": {\"wall\": 0.8}}\n"
@@ -1269,6 +1353,12 @@ std::vector<Group> groups_of(const Syntax& syntax, Options& options) {
       return view_groups(options);
     case Command::studio:
       return studio_groups(options);
+    case Command::scene:
+      return {{"Output", scene_output_rows(options)}};
+    case Command::motion:
+      return motion_groups(options);
+    case Command::carve:
+      return carve_groups(options);
     case Command::text:
       break;
   }
@@ -1464,8 +1554,8 @@ Options parse_sweep(int argc, const char* const* argv, const Syntax& syntax) {
 void take(const Given& given, const Syntax& syntax, const SpecFile* file, Options& options) {
   const bool named = given.contains("input") && !given.at("input").front().empty();
   if (!named && syntax.command != Command::studio)
-    usage_error("Name the mesh: rayrep " + syntax.word + " MESH" +
-                (options.spec_file.empty() ? "." : ", or in '" + options.spec_file.string() + "' as \"mesh\"."));
+    usage_error("Name the " + std::string(options.takes_scene() ? "scene" : "mesh") + ": rayrep " + syntax.word + " " +
+                syntax.takes + (options.spec_file.empty() ? "." : ", or in '" + options.spec_file.string() + "' as \"mesh\"."));
   if (named) options.input = given.at("input").front();
   if (syntax.command == Command::verify) {
     if (given.contains("goal")) options.goal = given.at("goal").front();
@@ -1481,6 +1571,7 @@ void take(const Given& given, const Syntax& syntax, const SpecFile* file, Option
   check_each(options);
   choose_output(options);
   choose_batch(options);
+  choose_carving(options);
   choose_pictures(options);
   check_slicer(given, options);
   if (options.command == Command::hollow || options.command == Command::verify) options.quiet = options.quiet || options.json;
@@ -1502,7 +1593,12 @@ Options parse_command_line(int argc, const char* const* argv) {
   const Syntax& syntax = syntax_of(word);
   if (syntax.command == Command::sweep) return parse_sweep(argc, argv, syntax);
   Options options = defaults_of(syntax);
-  Given given = split(argc, argv, groups_of_all_goals(syntax, options));
+  std::vector<const char*> words(argv, argv + argc);
+  if (syntax.command == Command::scene && argc > 2 && std::string(argv[2]) == "check") {
+    options.scene.action = argv[2];
+    words.erase(words.begin() + 2);
+  }
+  Given given = split(static_cast<int>(words.size()), words.data(), groups_of_all_goals(syntax, options));
   if (given.contains("help")) {
     options.command = Command::text;
     options.text = help_text(syntax);

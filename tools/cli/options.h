@@ -20,7 +20,7 @@
 
 namespace rayrep::tool {
 
-enum class Command { hollow, verify, inspect, measure, view, batch, sweep, studio, text };
+enum class Command { hollow, verify, inspect, measure, view, batch, sweep, studio, scene, motion, carve, text };
 
 /// A file with a body that is not printed.
 struct FixedFile {
@@ -46,6 +46,18 @@ struct StudioOptions {
   int port = 0;  ///< of 127.0.0.1; 0: any that is free
   bool no_open = false;
   std::size_t most_upload_bytes = 256'000'000;
+};
+
+/// Of what takes a scene in place of a mesh.
+struct SceneOptions {
+  std::string action = "check";        ///< of scene: check, import or export
+  double tolerance = 1e-3;             ///< of times, a share of a transition
+  std::optional<double> clearance_mm;  ///< none: the scene's
+  std::string part, by;                ///< carve: of what, and what makes its way through it
+  double carve_tolerance_mm = 0.2;     ///< how much more may be taken away than has to be
+  bool hint = false;                   ///< motion: tell what moves out of the way
+  bool resolve = false;                ///< and do so
+  std::vector<std::string> free;       ///< what may be moved then; empty: everything
 };
 
 /// A section that is drawn.
@@ -77,6 +89,7 @@ struct Options {
   bool density_given = false;     ///< by --density or --material
   BatchOptions batch;             ///< batch
   StudioOptions studio;           ///< studio
+  SceneOptions scene;             ///< scene, motion, carve
   std::vector<Job> sweep;         ///< sweep: what it writes
   std::vector<std::string> vary;  ///< and of what: NAME=VALUES
   PrintedOptions printed;         ///< of a file for a printer: how it is read,
@@ -108,7 +121,9 @@ struct Options {
   std::vector<SectionFile> sections;
   std::filesystem::path picture;                          ///< empty: none
   Eigen::Vector3d picture_up = Eigen::Vector3d::UnitZ();  ///< inspect, view
-  double insert_density() const;                          ///< of what is in insert_output
+  /// The input is a scene, not a mesh.
+  bool takes_scene() const { return command == Command::scene || command == Command::motion || command == Command::carve; }
+  double insert_density() const;  ///< of what is in insert_output
   bool draws() const { return !sections.empty() || !picture.empty(); }
   /// All meshes that are written.
   std::vector<std::filesystem::path> meshes() const;

@@ -18,6 +18,7 @@
 #include "pictures.h"
 #include "rayrep/draw/bead_bars.h"
 #include "rayrep/rayrep.h"
+#include "scene.h"
 #include "stages.h"
 #include "studio.h"
 
@@ -683,6 +684,15 @@ void run(const Options& options, const std::function<bool()>& cancelled) {
       break;
     case Command::studio:
       run_studio(options, cancelled);
+      break;
+    case Command::scene:
+      run_scene(options, stages, progress);
+      break;
+    case Command::motion:
+      run_motion(options, stages, progress);
+      break;
+    case Command::carve:
+      run_carve(options, stages, progress);
       break;
     case Command::text:
       std::cout << options.text;

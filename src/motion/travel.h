@@ -1,0 +1,32 @@
+#pragma once
+
+#include <vector>
+
+#include "rayrep/motion/scene.h"
+
+namespace rayrep {
+
+/// How far the points of a moving body have come at most, as a function of time: theory.md (109). It ascends, linear between its
+/// knots. Times are cut at 0 and 1.
+class Travel {
+public:
+  Travel() : times_{0, 1}, lengths_{0, 0} {}  ///< of a body at rest
+  /// @param reach_mm  of the body's points from its pivot, at most
+  Travel(const Motion& motion, double reach_mm);
+  /// Of two bodies towards each other.
+  static Travel of_both(const Travel& a, const Travel& b);
+
+  double at(double time) const;
+  double whole() const { return lengths_.back(); }
+  /// The middle of a stretch of time, by travel; of one at rest by time.
+  double middle(double from, double to) const;
+  /// The time before which no point has come `length` further than at `time`, at most `limit`.
+  double later(double time, double length, double limit) const;
+  /// The same backwards: after it none was so far away.
+  double earlier(double time, double length, double limit) const;
+
+private:
+  std::vector<double> times_, lengths_;
+};
+
+}  // namespace rayrep

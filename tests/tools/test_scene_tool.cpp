@@ -1,0 +1,110 @@
+// The commands that take a scene, as a user meets them.
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "places.h"
+#include "rayrep/io/mesh_io.h"
+#include "rayrep/io/write_file.h"
+#include "solids.h"
+
+namespace rayrep::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string text_of(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// A cube that flies over or through a table.
+class SceneTool : public ::testing::Test {
+protected:
+  void SetUp() override {
+    write_mesh(folder() / "cube.stl", box({-5, -5, 0}, {5, 5, 10}));
+    write_mesh(folder() / "table.stl", box({-20, -20, -10}, {20, 20, 0}));
+    write_scene("over.json", 1);
+    write_scene("through.json", -3);
+  }
+
+  fs::path folder() const { return folder_.path(); }
+
+  void write_scene(const std::string& name, double height) const {
+    const std::string pose = R"({"poses": {"cube": {"at": [)";
+    const std::string rest = ", 0, " + std::to_string(height) + "]}}}";
+    std::ofstream(folder() / name)
+        << R"({"parts": {"cube": {"mesh": "cube.stl"}, "table": {"mesh": "table.stl"}}, "states": {"left": )" << pose << "-50"
+        << rest << R"(, "right": )" << pose << "50" << rest
+        << R"(}, "transitions": [{"name": "fly", "from": "left", "to": "right"}]})";
+  }
+
+  struct Run {
+    int code = -1;
+    std::string out, err;
+  };
+  Run run(const std::string& arguments) const {
+    const std::string command = "cd '" + folder().string() + "' && '" + tool() + "' " + arguments + " >.out 2>.err";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(folder() / ".out"), text_of(folder() / ".err")};
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(SceneTool, MotionTellsWhenWhereAndHowBadly) {
+  const Run clear = run("motion over.json");
+  EXPECT_EQ(clear.code, 0) << clear.err;
+  EXPECT_TRUE(mentions(clear.out, {"fly", "clear all the way: 1 pair"}));
+  const Run near = run("motion over.json --clearance 2");
+  EXPECT_EQ(near.code, 4);
+  EXPECT_TRUE(mentions(near.out, {"cube and table", "nearer than 2 mm"}));
+  const Run hit = run("motion through.json");
+  EXPECT_EQ(hit.code, 4);
+  EXPECT_TRUE(mentions(hit.out, {"cube and table overlap from 0.25", "to 0.75", "mm deep", "around ("}));
+  EXPECT_TRUE(mentions(hit.err, {"through.json", "cube and table (fly)"}));
+  const nlohmann::json json = nlohmann::json::parse(run("motion through.json --json").out);
+  EXPECT_FALSE(json["pass"]);
+  EXPECT_NEAR(json["pairs"][0]["intervals"][0]["from"].get<double>(), 0.25, 1e-3);
+}
+
+TEST_F(SceneTool, SceneCheckTellsWhatIsWrong) {
+  EXPECT_EQ(run("scene check over.json").code, 0);
+  EXPECT_EQ(run("scene over.json -q").code, 0);
+  std::ofstream(folder() / "sunk.json") << R"({"parts": {"cube": {"mesh": "cube.stl"}, "table": {"mesh": "table.stl"}},
+    "states": {"in": {"poses": {"cube": {"at": [0, 0, -3]}}}}})";
+  const Run sunk = run("scene check sunk.json");
+  EXPECT_EQ(sunk.code, 3);
+  EXPECT_TRUE(mentions(sunk.out, {"wrong: states, in: cube and table overlap"}));
+  EXPECT_TRUE(mentions(sunk.err, {"1 thing is wrong"}));
+  const Run none = run("motion none.json");
+  EXPECT_EQ(none.code, 3);
+  EXPECT_TRUE(mentions(none.err, {"none.json"}));
+  EXPECT_EQ(run("motion").code, 2);
+  EXPECT_TRUE(mentions(run("motion").err, {"Name the scene"}));
+  EXPECT_EQ(run("motion over.json --tolerance 0").code, 2);
+  std::ofstream(folder() / "bad.json") << R"({"parts": {"cube": {"mesh": "cub.stl"}}})";
+  EXPECT_TRUE(mentions(run("motion bad.json").err, {"cub.stl"}));
+}
+
+TEST_F(SceneTool, CarveMakesRoom) {
+  const Run carved = run("carve through.json --part table --by cube --clearance 0.4 --tolerance 1");
+  EXPECT_EQ(carved.code, 0) << carved.err;
+  EXPECT_TRUE(mentions(carved.out, {"table_carved.stl", "table without", "cube needs"}));
+  std::string text = text_of(folder() / "through.json");
+  text.replace(text.find("table.stl"), 9, "table_carved.stl");
+  std::ofstream(folder() / "after.json") << text;
+  const Run after = run("motion after.json --clearance 0.4");
+  EXPECT_EQ(after.code, 0) << after.out;
+  EXPECT_TRUE(mentions(run("carve over.json --part table").err, {"--part A --by B"}));
+  EXPECT_TRUE(mentions(run("carve over.json --part table --by cup").err, {"no part 'cup'", "cube, table"}));
+  EXPECT_EQ(run("carve over.json --part table --by table").code, 2);
+}
+
+}  // namespace
+}  // namespace rayrep::test
