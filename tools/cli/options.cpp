@@ -782,7 +782,14 @@ std::vector<Group> motion_groups(Options& options) {
       clearance_row(options, "parts come no nearer to each other than this",
                     "In place of the scene's \"clearance\". Pairs that have one of their own keep it; pairs that may touch are not "
                     "tested.")};
-  return {{"The check", checking}, {"Output", scene_output_rows(options)}};
+  Settings files = {{.name = "html",
+                     .value = "FILE",
+                     .words = "write a page to look at: timeline, states, parts in 3D",
+                     .details = "One file that needs no network. A click on a collision goes to its worst moment and looks at it from where "
+                                "it is seen.",
+                     .place = path_place(options.html)}};
+  append(files, scene_output_rows(options));
+  return {{"The check", checking}, {"Output", files}};
 }
 
 Setting part_row(const char* name, const char* value, const char* words, std::string& part) {
@@ -1303,6 +1310,7 @@ const std::vector<Syntax>& commands() {
                    "pictures of MESH, whole and cut, and a page to turn and cut it", Command::view});
     all.push_back({"studio",
                    "rayrep studio [MESH] [options]: a page in the browser: drop a mesh, choose a goal, drag, download.\n"
+                   "With a scene (.json) in place of a mesh: its ways are edited there, and collisions looked for meanwhile.\n"
                    "It is served on 127.0.0.1, to whoever has the address that is printed. Nothing is written but\n"
                    "what you download. Ctrl-C ends it.\n",
                    "a page in the browser: drop a mesh, choose a goal, drag, download", Command::studio, "[MESH]"});

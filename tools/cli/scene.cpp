@@ -6,10 +6,12 @@
 
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
+#include "rayrep/io/write_file.h"
 #include "rayrep/motion/carve.h"
 #include "rayrep/motion/motion_check.h"
 #include "rayrep/motion/scene.h"
 #include "rayrep/report/motion_report.h"
+#include "rayrep/report/scene_page.h"
 
 namespace rayrep::tool {
 namespace {
@@ -78,6 +80,8 @@ void run_motion(const Options& options, Stages& stages, const Progress& progress
   else if (!options.quiet)
     std::cout << printable(to_text(scene, report));
   std::cout.flush();
+  if (!options.html.empty())
+    write_text_file(options.html, to_html(scene, report, {options.input.string(), options.scene.tolerance}));
   if (!report.free())
     throw Error(ErrorCode::goal, options.input.string() + ": parts get into each other: " + colliding(scene, report) + ".");
 }
