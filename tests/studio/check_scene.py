@@ -221,6 +221,7 @@ def check_report(page, tool, folder):
     expect([len(one["list"]) for one in ghosts] == [2, 2], "ghosts of both parts at the ends of the collision")
     page.click(".segments input[value=off]")
     expect(page.seen() != after, "which can be taken away")
+    expect(page.chromium.complaints() == [], f"without complaints {page.chromium.complaints()[:3]}")
     other = crossing(folder, "back", 12)
     told(tool, other, "--html", str(folder / "back.html"))
     page.chromium.open(folder / "back.html")
@@ -405,6 +406,25 @@ def check_picture(page, tool, folder):
     expect(page.js("JSON.stringify(window.rayrep.studio.transitions)") == edited and intervals(page.of("found.pairs")) == found, "redo brings them again")
 
 
+def check_turn(page):
+    """A part that turns about an axis on its way is turned about that."""
+    complete(page)
+    page.js("window.rayrep.studio.page.goTransition(1)")
+    page.js("window.rayrep.studio.page.goTime(0.5)")
+    page.js("window.rayrep.studio.add(3, 'rotation')")
+    complete(page)
+    before = page.of("scene.transitions[1].motions[3].rotation[1].rotation")
+    page.drag(".handle", (0, 40))
+    complete(page)
+    after = page.of("scene.transitions[1].motions[3].rotation[1].rotation")
+    by = product(after, [before[0], -before[1], -before[2], -before[3]])
+    expect(abs(by[1]) > 0.05 and math.hypot(by[2], by[3]) < 1e-9, f"a key of a turn is dragged about the axis of its way: {by}")
+    page.js("document.querySelector('.handle').focus()")
+    page.chromium.key("Delete")
+    complete(page)
+    expect(page.of("scene.transitions[1].motions[3].rotation.length") == 2, "and removed by Delete")
+
+
 def check_studio(chromium, pictures, tool, folder):
     scene = passing(folder)
     with Server(tool, folder, scene.name) as server:
@@ -414,7 +434,12 @@ def check_studio(chromium, pictures, tool, folder):
         page.page = "window.rayrep.studio.page"
         check_edits(page, tool, folder)
         check_picture(page, tool, folder)
+        expect(chromium.complaints() == [], f"nothing is complained of {chromium.complaints()[:3]}")
         check_refusals(page)
+    with Server(tool, folder, "front.json") as server:
+        chromium.local += (server.address,)
+        chromium.visit(server.address)
+        check_turn(page)
     with Server(tool, folder) as server:
         chromium.local += (server.address,)
         chromium.visit(server.address)

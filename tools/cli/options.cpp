@@ -1310,7 +1310,7 @@ const std::vector<Syntax>& commands() {
                    "pictures of MESH, whole and cut, and a page to turn and cut it", Command::view});
     all.push_back({"studio",
                    "rayrep studio [MESH] [options]: a page in the browser: drop a mesh, choose a goal, drag, download.\n"
-                   "With a scene (.json) in place of a mesh: its ways are edited there, and collisions looked for meanwhile.\n"
+                   "With a scene (.json) instead its ways are edited, and collisions looked for meanwhile.\n"
                    "It is served on 127.0.0.1, to whoever has the address that is printed. Nothing is written but\n"
                    "what you download. Ctrl-C ends it.\n",
                    "a page in the browser: drop a mesh, choose a goal, drag, download", Command::studio, "[MESH]"});

@@ -87,9 +87,13 @@ export class ScenePage {
               printed ? '' : 'not printed', shown < triangles ? `${shown} of ${triangles} triangles are shown` : ''
             ].filter(Boolean).join(', '))));
     return [
-      panel(
-          'States', this.graph.element,
-          html('p', {class: 'fine'}, 'Arrows: the ways between them; green where no part gets into another, red where some do.')),
+      !this.scene.states.length ?
+          null :
+          panel(
+              'States', this.graph.element,
+              html(
+                  'p', {class: 'fine'},
+                  'Arrows: the ways between them; green where no part gets into another, red where some do.')),
       panel('Collisions', this.list), panel('Parts', html('ul', {class: 'parts'}, swatches))
     ];
   }
@@ -117,7 +121,9 @@ export class ScenePage {
         button('Collision \u203a', () => this.step(1), {title: 'n', 'aria-label': 'Next collision'}),
         button('All', () => this.leave(), {title: 'Esc', 'aria-label': 'All parts again'}));
     return html(
-        'div', {class: 'controls'}, this.ways, this.timeline.element, this.told,
+        'div', {class: 'controls'}, this.ways,
+        this.scene.transitions.length ? this.timeline.element : html('p', {class: 'fine'}, 'There are no ways between states.'),
+        this.told,
         html(
             'div', {class: 'choice'}, this.playButton, this.at, steps,
             this.view ? html(

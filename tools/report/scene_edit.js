@@ -1,7 +1,7 @@
 // A scene in the studio: keys of the ways are dragged, on the timeline and in the view; the check follows in the background.
 
 import {meshesOfParts} from './data.js';
-import {plus} from './geometry.js';
+import {cross, dot, length, plus} from './geometry.js';
 import {History} from './history.js';
 import {svg} from './overlay.js';
 import {button, html} from './panels.js';
@@ -15,6 +15,11 @@ import {short} from './words.js';
 
 const kTurn = 0.008;  // radians a pixel
 const kPathPieces = 48;
+const kEffects = {
+  new: 'New: ',
+  longer: 'Longer: ',
+  chosen: ''
+};
 const kSigns = {
   translation: 'M0-9V9M-9 0H9M0-9L-3-5H3ZM0 9L-3 5H3ZM-9 0L-5-3V3ZM9 0L5-3V3Z',
   rotation: 'M-7 5A8.6 8.6 0 1 1 7 5M7 5L9.5-.5L3.5 1.5Z'
@@ -140,6 +145,7 @@ export class SceneStudio {
   }
 
   shortcut(event) {
+    if (event.key === 'i') this.peek();
     if (!(event.ctrlKey || event.metaKey) || event.altKey || event.target.matches('input:not([type=radio])')) return;
     const key = event.key.toLowerCase();
     if (key !== 'z' && key !== 'y') return;
@@ -159,12 +165,21 @@ export class SceneStudio {
     if (!effect) return;
     const one = effect.pair.intervals[effect.interval];
     const {name} = this.transitions[effect.pair.transition];
-    this.pictureWords.textContent = `${effect.kind === 'new' ? 'New' : 'Longer'}: ${page.names[effect.pair.first]} \u00b7 ` +
+    this.pictureWords.textContent = `${kEffects[effect.kind]}${page.names[effect.pair.first]} \u00b7 ` +
         `${page.names[effect.pair.second]}${this.transitions.length > 1 ? `, ${name}` : ''}, ${percent(one.worst.time)}`;
     if (page.now.transition === effect.pair.transition) page.timeline.setSecond(one.worst.time);
     if (!page.view) return;
     this.sight = page.sight(effect.pair, one);
     this.drawInset();
+  }
+
+  /** Puts the collision that is pointed at into the corner. */
+  peek() {
+    const at = document.querySelector('.interval:hover') ?? document.querySelector('.interval:focus');
+    if (!at) return;
+    const [first, second, interval] = at.dataset.place.split('-').map(Number);
+    const pair = this.page.pairsOf(this.page.now.transition).find(one => one.first === first && one.second === second);
+    if (pair?.intervals[interval].worst) this.setEffect({pair, interval, kind: 'chosen'});
   }
 
   drawInset() {
@@ -182,7 +197,7 @@ export class SceneStudio {
   /** What is in the corner comes to the middle, and what was looked at there goes into the corner. */
   swap() {
     const {page, effect} = this;
-    const before = page.chosen && {...page.chosen, kind: 'new'};
+    const before = page.chosen && {...page.chosen, kind: 'chosen'};
     this.setEffect(null);
     page.choose(effect.pair, effect.interval);
     if (before) this.setEffect(before);
@@ -334,20 +349,37 @@ export class SceneStudio {
   /** By so many pixels to the right and down. */
   moved([x, y], begin, held) {
     const {view} = this.page;
-    const {aside, above} = view.orbit.pose();
     if (this.key.kind === 'translation') {
+      const {aside, above} = view.orbit.pose();
       const scale = view.pixelAt(begin.place);
       this.change(this.key, {at: plus(plus(begin.key.at, aside, x * scale), above, -y * scale)}, held);
     } else {
-      const turn = times(turnAbout(above, x * kTurn), turnAbout(aside, y * kTurn));
-      this.change(this.key, {rotation: times(turn, begin.key.rotation)}, held);
+      this.change(this.key, {rotation: times(this.turnBy([x, y], begin), begin.key.rotation)}, held);
     }
   }
 
-  begin() {
+  /**
+   * About the axis that the part turns about on its way, so that what is held follows the hand; where that cannot be seen, freely.
+   */
+  turnBy([x, y], {place, axis, free}) {
+    const {view, parts} = this.page;
+    const {aside, above} = view.orbit.pose();
+    const {part, number} = this.key;
+    const {translation} = poseAt(this.motions[part], this.motions[part].rotation[number].time);
+    const arm = plus(plus(place, parts[part].pivot_mm, -1), translation, -1);
+    const way = cross(axis, arm);  // for one radian
+    const [u, v] = [dot(way, aside), dot(way, above)];
+    if (free || Math.hypot(u, v) < 0.1 * length(arm)) return times(turnAbout(above, x * kTurn), turnAbout(aside, y * kTurn));
+    return turnAbout(axis, (x * u - y * v) * view.pixelAt(place) / (u * u + v * v));
+  }
+
+  /** @param free  it is not held to the axis of its way */
+  begin(free) {
     const {part, kind, number} = this.key;
     const key = this.motions[part][kind][number];
-    return {key, place: this.anchor(part, key.time)};
+    const keys = this.motions[part].rotation;
+    const {axis, angle} = axisOf(times(keys.at(-1).rotation, keys[0].rotation.map((x, n) => n ? -x : x)));
+    return {key, place: this.anchor(part, key.time), axis, free: free || angle < 1e-6};
   }
 
   drags() {
@@ -355,7 +387,7 @@ export class SceneStudio {
     handle.addEventListener('pointerdown', event => {
       if (event.button) return;
       handle.setPointerCapture(event.pointerId);
-      this.held = {...this.begin(), from: [event.clientX, event.clientY]};
+      this.held = {...this.begin(event.shiftKey), from: [event.clientX, event.clientY]};
     });
     const way = event => [event.clientX - this.held.from[0], event.clientY - this.held.from[1]];
     handle.addEventListener('pointermove', event => this.held && this.moved(way(event), this.held, true));
@@ -371,7 +403,7 @@ export class SceneStudio {
     handle.addEventListener('keydown', event => {
       const step = event.shiftKey ? 20 : 4;
       const by = {ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step]}[event.key];
-      if (by) this.moved(by, this.begin(), false);
+      if (by) this.moved(by, this.begin(false), false);
       if (event.key === 'Delete') this.remove(this.key);
       if (by || event.key === 'Delete') event.preventDefault();
     });

@@ -178,7 +178,7 @@ export class SceneView {
 
   render(objects) {
     this.scene.clear();
-    this.scene.add(...objects);
+    for (const object of objects) this.scene.add(object);
     this.renderer.render(this.scene, this.camera);
   }
 

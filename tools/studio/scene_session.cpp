@@ -81,6 +81,13 @@ void require_ends(const Motion& motion, const PartPose& from, const PartPose& to
   if (!meets(motion.at(0), from) || !meets(motion.at(1), to)) refuse("'" + part + "' does not begin and end in the states");
 }
 
+/// Most of what would be sent, and only wanted once all is known.
+MotionReport without_contours(MotionReport report) {
+  for (PairMotion& pair : report.pairs)
+    for (CollisionInterval& interval : pair.intervals) interval.contour_mm.clear();
+  return report;
+}
+
 }  // namespace
 
 SceneSession::SceneSession(const std::filesystem::path& path, const MotionCheckOptions& options, const Progress& progress)
@@ -121,7 +128,7 @@ void SceneSession::check(const std::string& edit, const std::function<bool(const
   const ScenePage page{path_.filename().string(), options_.tolerance};
   MotionCheckOptions options = options_;
   options.found = [&](const MotionReport& report) {
-    if (report.stage != MotionReport::Stage::complete) heard = heard && tell(found_json(scene, report, page));
+    if (report.stage != MotionReport::Stage::complete) heard = heard && tell(found_json(scene, without_contours(report), page));
   };
   const Progress progress{.stage = {}, .cancelled = [&] { return !heard || turn.superseded(); }};
   progress.check();
