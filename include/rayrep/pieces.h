@@ -42,4 +42,5 @@
 #include "rayrep/make/cavity.h"           // solution -> mesh of the cavity
 #include "rayrep/report/motion_report.h"  // what was found out about a scene -> JSON, text
 #include "rayrep/report/page_data.h"      // what a page shows, without the page
+#include "rayrep/report/scene_page.h"     // what was found out about a scene -> a page
 // clang-format on

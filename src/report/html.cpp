@@ -320,12 +320,6 @@ std::string filled_in(std::string_view rest, const std::string& title, const std
   return html.append(rest);
 }
 
-std::string written(const std::string& title, const std::string& plain_text, const PageData& data) {
-  std::string blocks = concat(kDataBlock, for_script(data.json), kBlockEnd);
-  for (const auto& [id, packed] : data.meshes) blocks += concat(kMeshBlock, id, "\">", packed, kBlockEnd);
-  return filled_in(report_detail::page(), title, plain_text, blocks);
-}
-
 /// What stands between these, from `at` on, which is moved behind it; none: they are not there.
 std::optional<std::string> between(const std::string& text, std::string_view begin, std::string_view end, std::size_t& at) {
   const std::size_t first = text.find(begin, at);
@@ -346,6 +340,12 @@ const char* unit_word(Unit unit) {
 }
 
 }  // namespace
+
+std::string report_detail::written(const std::string& title, const std::string& plain_text, const PageData& data) {
+  std::string blocks = concat(kDataBlock, for_script(data.json), kBlockEnd);
+  for (const auto& [id, packed] : data.meshes) blocks += concat(kMeshBlock, id, "\">", packed, kBlockEnd);
+  return filled_in(report_detail::page(), title, plain_text, blocks);
+}
 
 PageData page_data(const RunReport& report, const Delivery& delivered) {
   return with_view({{"contract", 1},

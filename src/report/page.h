@@ -1,6 +1,9 @@
 #pragma once
 
+#include <string>
 #include <string_view>
+
+#include "rayrep/report/page_data.h"
 
 namespace rayrep::report_detail {
 
@@ -9,5 +12,8 @@ std::string_view page();
 inline constexpr std::string_view kTitle = "rayrep:title";
 inline constexpr std::string_view kPlainText = "rayrep:plain-text";
 inline constexpr std::string_view kData = "<!--rayrep:data-->";
+
+/// The page with all of it.
+std::string written(const std::string& title, const std::string& plain_text, const PageData& data);
 
 }  // namespace rayrep::report_detail

@@ -73,6 +73,14 @@ TEST_F(SceneTool, MotionTellsWhenWhereAndHowBadly) {
   EXPECT_NEAR(json["pairs"][0]["intervals"][0]["from"].get<double>(), 0.25, 1e-3);
 }
 
+TEST_F(SceneTool, MotionWritesAPageToo) {
+  EXPECT_EQ(run("motion over.json -q --html over.html").code, 0);
+  EXPECT_TRUE(mentions(text_of(folder() / "over.html"), {"<!doctype html>", "over.json", "No part gets into another"}));
+  EXPECT_EQ(run("motion through.json -q --html through.html").code, 4);
+  EXPECT_TRUE(mentions(text_of(folder() / "through.html"), {"cube and table overlap from 25.0 % to 75.0 % of 'fly'"}));
+  EXPECT_EQ(run("motion over.json -q --html none/over.html").code, 6);
+}
+
 TEST_F(SceneTool, SceneCheckTellsWhatIsWrong) {
   EXPECT_EQ(run("scene check over.json").code, 0);
   EXPECT_EQ(run("scene over.json -q").code, 0);

@@ -837,7 +837,15 @@ std::vector<Group> motion_groups(Options& options) {
        .words = "where --resolve writes the scene (default NAME_resolved.json)",
        .details = "",
        .place = path_place(options.output)}};
-  return {{"The check", checking}, {"Out of each other's way", resolving}, {"Output", scene_output_rows(options)}};
+  Settings files = {
+      {.name = "html",
+       .value = "FILE",
+       .words = "write a page to look at: timeline, states, parts in 3D",
+       .details = "One file that needs no network. A click on a collision goes to its worst moment and looks at it from where "
+                  "it is seen.",
+       .place = path_place(options.html)}};
+  append(files, scene_output_rows(options));
+  return {{"The check", checking}, {"Out of each other's way", resolving}, {"Output", files}};
 }
 
 Setting part_row(const char* name, const char* value, const char* words, std::string& part) {
@@ -1411,6 +1419,7 @@ const std::vector<Syntax>& commands() {
                    "pictures of MESH, whole and cut, and a page to turn and cut it", Command::view});
     all.push_back({"studio",
                    "rayrep studio [MESH] [options]: a page in the browser: drop a mesh, choose a goal, drag, download.\n"
+                   "With a scene (.json) instead its ways are edited, and collisions looked for meanwhile.\n"
                    "It is served on 127.0.0.1, to whoever has the address that is printed. Nothing is written but\n"
                    "what you download. Ctrl-C ends it.\n",
                    "a page in the browser: drop a mesh, choose a goal, drag, download", Command::studio, "[MESH]"});

@@ -20,6 +20,7 @@
 #include "rayrep/motion/scene.h"
 #include "rayrep/report/balance_report.h"
 #include "rayrep/report/motion_report.h"
+#include "rayrep/report/scene_page.h"
 
 namespace rayrep::tool {
 namespace {
@@ -129,6 +130,8 @@ void run_motion(const Options& options, Stages& stages, const Progress& progress
   stages.finish();
   tell(options, scene, report);
   if (options.scene.hint && !options.quiet) std::cout << printable(to_text(with_middle_keys(scene), found));
+  if (!options.html.empty())
+    write_text_file(options.html, to_html(scene, report, {options.input.string(), options.scene.tolerance}));
   require_free(options, scene, report);
 }
 

@@ -6,9 +6,13 @@ const kSteps = 65535;
 export function readBlocks(document) {
   const text = id => document.getElementById(id).textContent;
   const data = JSON.parse(text('rayrep-data'));
-  const meshes = new Map();
-  for (const {id} of data.view.meshes) meshes.set(id, unpack(bytesOf(text(id)), data.view));
-  return {data, meshes};
+  if (data.scene) return {data, meshes: meshesOfParts(data, text)};
+  return {data, meshes: new Map(data.view.meshes.map(({id}) => [id, unpack(bytesOf(text(id)), data.view)]))};
+}
+
+/** Of a scene, where each part has a box of its own. @param block  of an id its text */
+export function meshesOfParts({scene}, block) {
+  return new Map(scene.parts.map(part => [part.id, unpack(bytesOf(block(part.id)), part)]));
 }
 
 export function bytesOf(text) {

@@ -2,7 +2,9 @@
 
 /** States are never changed: each step has one of its own. */
 export class History {
-  constructor(first) {
+  /** @param key  the same for states that are the same */
+  constructor(first, key = keyOf) {
+    this.key = key;
     this.states = [first];
     this.at = 0;
   }
@@ -11,7 +13,7 @@ export class History {
   }
   /** @returns whether it is another one than the last */
   step(state) {
-    if (keyOf(state) === keyOf(this.now)) return false;
+    if (this.key(state) === this.key(this.now)) return false;
     this.states.splice(this.at + 1, Infinity, state);
     ++this.at;
     return true;

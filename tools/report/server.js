@@ -58,6 +58,71 @@ export async function sendMesh(file, name) {
 /** The file that the server began with. */
 export const firstFile = async () => (await ask('mesh')).blob();
 
+/** Lines of JSON as they come. @throws Refusal of a line that is one */
+async function eachLine(answer, told) {
+  const reader = answer.body.pipeThrough(new TextDecoderStream()).getReader();
+  let text = '';
+  for (;;) {
+    const {value, done} = await reader.read();
+    if (done) return;
+    const lines = (text + value).split('\n');
+    text = lines.pop();
+    for (const line of lines.map(one => JSON.parse(one))) {
+      if (line.error) throw new Refusal(line.error);
+      told(line);
+    }
+  }
+}
+
+const kLongCheck_ms = 1500;
+
+/** Has a scene looked at after edits: one at a time, then the last that was wanted meanwhile. Answers come coarse first. */
+export class Checks {
+  /** @param told  called with the ways that were looked at, and what is known so far or a Refusal */
+  constructor(told) {
+    this.told = told;
+    this.sequence = 0;
+    this.busy = false;
+    this.next = null;
+  }
+
+  want(transitions) {
+    this.next = transitions;
+    if (!this.busy)
+      this.work();
+    else if (performance.now() - this.begun > kLongCheck_ms)
+      this.inFlight.abort();
+  }
+
+  async work() {
+    this.busy = true;
+    while (this.next) {
+      const wanted = this.next;
+      this.next = null;
+      this.begun = performance.now();
+      const {signal} = this.inFlight = new AbortController();
+      const body = JSON.stringify({sequence: ++this.sequence, transitions: wanted});
+      try {
+        await eachLine(await ask('scene/check', {method: 'POST', body, signal}), found => this.told(wanted, found));
+      } catch (error) {
+        // What another page has asked for does not answer this one, which lets it go first; what was broken off is for the next
+        // one.
+        if (error.kind === 'superseded' || error.name === 'AbortError') {
+          if (!signal.aborted && !this.next) await pause(500 + 500 * Math.random());
+          this.next ??= wanted;
+        } else {
+          this.told(wanted, error instanceof Refusal ? error : new Refusal({kind: 'gone', message: 'rayrep studio has ended.'}));
+        }
+      }
+    }
+    this.busy = false;
+  }
+}
+
+/** The scene's file as it is after edits. */
+export const sceneFile = async transitions =>
+    (await ask('scene/file', {method: 'POST', body: JSON.stringify({transitions})})).text();
+
 const kLongPreview_ms = 2000;
 
 /** Asks for previews: one at a time, then for the last that was wanted meanwhile. One that takes long is given up for that. */

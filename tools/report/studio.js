@@ -6,6 +6,7 @@ import {frameOf, Handles, kCentre, kContact, kCut, kTarget, kUps, kWaterline, tu
 import {commandOf, configOf, History, keyOf, readConfig} from './history.js';
 import {button, html, panelsOf} from './panels.js';
 import {Charts, footer} from './report.js';
+import {save} from './save.js';
 import {firstFile, meshOf, Previews, Refusal, Run, sendMesh} from './server.js';
 import {Goals, inStudio, sameRow, Settings} from './settings.js';
 import {Stage} from './stage.js';
@@ -20,13 +21,6 @@ const kPlaces = ['waterline', 'point', 'center', 'target', 'com', 'inertia'];
  */
 export function mountStudio(root, begin) {
   return new Studio(root, begin);
-}
-
-/** Gives the reader a file that the page has made. */
-function save(text, name) {
-  const link = html('a', {href: URL.createObjectURL(new Blob([text], {type: 'application/json'})), download: name});
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
 const pointOf = text => {

@@ -26,6 +26,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kJson = "application/json; charset=utf-8";
 constexpr std::size_t kMostSettings_bytes = 65536;
+constexpr std::size_t kMostWays_bytes = 16'000'000;
 
 std::string random_token() {
   std::array<unsigned char, 16> bytes{};
@@ -51,10 +52,14 @@ void answer(Response& response, std::string body, const char* type) {
                                 });
 }
 
+std::string told(const std::string& kind, const std::string& message) {
+  const Json error = {{"error", {{"kind", kind}, {"message", message}}}};
+  return error.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
 void refuse(Response& response, int status, const std::string& kind, const std::string& message) {
   response.status = status;
-  const Json error = {{"error", {{"kind", kind}, {"message", message}}}};
-  answer(response, error.dump(-1, ' ', false, Json::error_handler_t::replace), kJson);
+  answer(response, told(kind, message), kJson);
 }
 
 /// "attachment; filename=..." for names of any characters: RFC 6266.
@@ -166,7 +171,7 @@ struct Server::Impl {
   bool refused(const Request& request, Response& response) const {
     constexpr std::size_t kLongestName = 255;
     static const std::set<std::string> kGet = {"", "mesh", "run", "result"};
-    static const std::set<std::string> kPost = {"mesh", "preview", "run", "cancel"};
+    static const std::set<std::string> kPost = {"mesh", "preview", "run", "cancel", "scene/check", "scene/file"};
     if (!from_own_page(request)) {
       refuse(response, 403, "usage", "This is for pages of this address only.");
       return true;
@@ -187,21 +192,28 @@ struct Server::Impl {
     return true;
   }
 
+  /// Why work was refused, if it was.
   template <typename Work>
-  void answered(Response& response, const Work& work) const {
+  std::optional<Refused> refusal_of(const Work& work) const {
     try {
       work();
+      return std::nullopt;
     } catch (const Refused& refusal) {
-      refuse(response, refusal.status, refusal.kind, refusal.what());
+      return refusal;
     } catch (const Error& error) {
-      refuse(response, error.code() == ErrorCode::internal ? 500 : 422,
-             error.code() == ErrorCode::interrupted ? "superseded" : kind_of(static_cast<int>(error.code())),
-             session.told(error.what()));
+      return Refused(error.code() == ErrorCode::internal ? 500 : 422,
+                     error.code() == ErrorCode::interrupted ? "superseded" : kind_of(static_cast<int>(error.code())),
+                     session.told(error.what()));
     } catch (const std::bad_alloc&) {
-      refuse(response, 500, "internal", "Out of memory: try a mesh of fewer triangles.");
+      return Refused(500, "internal", "Out of memory: try a mesh of fewer triangles.");
     } catch (const std::exception& error) {
-      refuse(response, 500, "internal", session.told(error.what()));
+      return Refused(500, "internal", session.told(error.what()));
     }
+  }
+
+  template <typename Work>
+  void answered(Response& response, const Work& work) const {
+    if (const std::optional<Refused> refusal = refusal_of(work)) refuse(response, refusal->status, refusal->kind, refusal->what());
   }
 
   void send_page(Response& response) const {
@@ -225,6 +237,20 @@ struct Server::Impl {
               });
   }
 
+  /// Answers with lines of JSON, each as soon as it is known; the last one tells what was refused.
+  void send_found(const std::string& edit, Response& response) const {
+    response.set_chunked_content_provider("application/x-ndjson", [this, edit](std::size_t, httplib::DataSink& sink) {
+      const auto send = [&sink](const std::string& json) {
+        const std::string line = json + "\n";
+        return sink.write(line.data(), line.size());
+      };
+      const auto refusal = refusal_of([&] { session.scene().check(edit, send); });
+      if (refusal) send(told(refusal->kind, refusal->what()));
+      sink.done();
+      return true;
+    });
+  }
+
   void route() {
     http.set_pre_routing_handler([this](const Request& request, Response& response) {
       return refused(request, response) ? httplib::Server::HandlerResponse::Handled : httplib::Server::HandlerResponse::Unhandled;
@@ -245,6 +271,13 @@ struct Server::Impl {
     });
     post("preview", kMostSettings_bytes,
          [this](const Request&, const std::string& body, Response&) { return session.preview(body); });
+    post("scene/check", kMostWays_bytes, [this](const Request&, const std::string& edit, Response& response) {
+      session.scene();  // says so where there is none
+      send_found(edit, response);
+      return std::string();
+    });
+    post("scene/file", kMostWays_bytes,
+         [this](const Request&, const std::string& edit, Response&) { return session.scene().file(edit); });
     post("run", kMostSettings_bytes, [this](const Request&, const std::string& body, Response& response) {
       std::string begun = session.begin_run(body);
       response.status = 202;

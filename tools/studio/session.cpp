@@ -143,7 +143,17 @@ Session::Loaded Session::loaded() const {
   return *loaded_;
 }
 
+void Session::load_scene(const fs::path& path, const Progress& progress) {
+  scene_ = std::make_unique<SceneSession>(path, MotionCheckOptions{}, progress);
+}
+
+SceneSession& Session::scene() {
+  if (!scene_) throw Refused(404, "none", "There is no scene here: begin with one, rayrep studio SCENE.json.");
+  return *scene_;
+}
+
 std::string Session::start() const {
+  if (scene_) return "{\"contract\":1,\"version\":" + dumped(version()) + ",\"scene\":" + scene_->start() + "}";
   const std::lock_guard lock(telling_);
   Json json = {{"contract", 1},
                {"version", version()},
@@ -411,6 +421,7 @@ Session::Download Session::download(const std::string& name) {
 
 void Session::end() {
   ended_ = true;
+  if (scene_) scene_->end();
   latest_.end();
   const std::lock_guard lock(running_);
   run_.reset();

@@ -15,6 +15,7 @@
 #include "input.h"
 #include "latest.h"
 #include "rayrep/make/preview.h"
+#include "scene_session.h"
 
 namespace rayrep::tool {
 
@@ -37,6 +38,9 @@ public:
   /// Of the page's block rayrep-studio.
   std::string start() const;
   std::string load(const std::string& name, const std::string& bytes);
+  /// Of a scene in place of a mesh, before anything is asked.
+  void load_scene(const std::filesystem::path& path, const Progress& progress);
+  SceneSession& scene();
   /// The bytes of the mesh as it was loaded.
   std::string mesh_bytes() const;
   std::string preview(const std::string& wanted);
@@ -99,6 +103,7 @@ private:
   std::filesystem::path folder_;
   std::atomic<bool> ended_ = false;
 
+  std::unique_ptr<SceneSession> scene_;
   Latest latest_;                     ///< who may use these two
   std::optional<Document> document_;  ///< the last mesh that could be read
   int loads_ = 0;

@@ -49,8 +49,9 @@ bool is_opened(const std::string& address, const std::filesystem::path& folder, 
   }
 }
 
-void load_named(const Options& options, Session& session) {
+void load_named(const Options& options, Session& session, const std::function<bool()>& cancelled) {
   if (options.input.empty()) return;
+  if (options.input.extension() == ".json") return session.load_scene(options.input, {.stage = {}, .cancelled = cancelled});
   std::ifstream in(options.input, std::ios::binary);
   std::error_code ignored;
   if (!in.is_open() || std::filesystem::is_directory(options.input, ignored))
@@ -69,7 +70,7 @@ void run_studio(const Options& options, const std::function<bool()>& cancelled) 
   std::optional<TemporaryFolder> folder{std::in_place};
   clean_up_folder(folder->path());
   Session session(options, folder->path());
-  load_named(options, session);
+  load_named(options, session, cancelled);
   Server server(session, options.studio);
   server.start();
   std::cout << "studio: " << server.address() << std::endl;

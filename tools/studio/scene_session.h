@@ -1,0 +1,45 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "latest.h"
+#include "rayrep/base/progress.h"
+#include "rayrep/motion/motion_check.h"
+#include "rayrep/motion/scene.h"
+
+namespace rayrep::tool {
+
+/// A scene of parts that move, and looks at it after edits: what an edit does not touch is not looked at again. Every member may be
+/// called from several threads at once.
+class SceneSession {
+public:
+  /// @throws Error as read_scene and require_scene
+  SceneSession(const std::filesystem::path& path, const MotionCheckOptions& options, const Progress& progress);
+
+  /// {"data": ..., "blocks": ...} of the page, with nothing found yet.
+  std::string start() const;
+
+  /// Looks for collisions on ways as a page has them.
+  /// @param tell  takes what is known so far as JSON, without ends of lines, ever sharper; false: nobody listens any more
+  /// @throws Error{usage} for ways that are none; Error{interrupted} when it was superseded by a later one
+  void check(const std::string& edit, const std::function<bool(const std::string&)>& tell);
+
+  /// The scene's file with these ways. @throws Error{usage}
+  std::string file(const std::string& edit) const;
+
+  void end() { latest_.end(); }
+
+private:
+  Scene edited(const nlohmann::json& edit) const;
+
+  std::filesystem::path path_;
+  MotionCheckOptions options_;
+  Scene scene_;
+  Latest latest_;  ///< who may use the checker
+  MotionChecker checker_;
+};
+
+}  // namespace rayrep::tool
