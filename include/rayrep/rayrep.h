@@ -18,6 +18,7 @@
 #include "rayrep/mesh/mesh.h"                // triangles
 #include "rayrep/mesh/mesh_check.h"          // defects; the union of overlapping components
 #include "rayrep/mesh/section.h"             // where a mesh crosses a plane
+#include "rayrep/mesh/quadric.h"             // a quadric as a function of the point: planes, cylinders and all others
 #include "rayrep/mesh/clip.h"                // what of a mesh lies above a plane, or on one side of a cylinder or another quadric
 #include "rayrep/mesh/boolean.h"             // union, intersection, difference of meshes
 #include "rayrep/mesh/bodies.h"              // which parts of a mesh hang together
