@@ -715,16 +715,15 @@ Settings settings(Print& print, For purpose) {
        .details =
            "x, y, z, -x, -y, -z or X,Y,Z: how the mesh is laid on the bed in the slicer. Without it as it is to stand, float "
            "or spin (--up), and in a file for a printer z. Roofs of cavities are those seen along it.",
-       .place = optional_direction_place(print.direction, "up")},
+       .place = optional_direction_place(print.direction, "up"),
+       .rare = true},
       {.name = "self-supporting",
        .value = "DEG",
        .words = "roofs of cavities rise at least so much, like 45; 0: any",
        .details =
            "No roof of a cavity rises less than so many degrees from the horizontal along --print-direction, so that it prints "
-           "without supports inside: flatter ones are carried by cones on pillars, a little thicker than twice the wall. The goal "
-           "is "
-           "met with what is left of the room inside, and what that costs is told. A spin for which no direction is given may be "
-           "made to be printed lying, if that costs less.",
+           "without supports inside: flatter ones are carried by cones on pillars, a little thicker than twice the wall. What that "
+           "costs of the goal is told. A spin for which no direction is given may be made to be printed lying, if that costs less.",
        .place = &print.self_supporting_deg,
        .range = {.lo = 0, .hi = 75, .open = false},
        .applies = For::making},
