@@ -21,21 +21,25 @@ Mesh cavities_of(const Mesh& delivered) {
   return cavities;
 }
 
-/// Whether some vertex lies where the winding number of the surface has that sign.
-bool any_within(const Mesh& mesh, const SurfaceQuery& surface, int sign) {
+/// How deep the vertices lie where the winding number of the surface has that sign, at most; 0: none does.
+double depth_mm(const Mesh& mesh, const SurfaceQuery& surface, int sign) {
   std::vector<LineHit> hits;
-  return std::any_of(mesh.vertices.begin(), mesh.vertices.end(), [&](const Eigen::Vector3d& p) {
+  double deepest = 0;
+  for (const Eigen::Vector3d& p : mesh.vertices) {
     closed_line_hits(surface, p.head<2>(), hits);
-    return sign * winding_below(hits, p.z()) > 0;
-  });
+    if (sign * winding_below(hits, p.z()) > 0)
+      deepest = std::max(deepest, surface.closest(p, std::numeric_limits<double>::infinity()).distance_mm);
+  }
+  return deepest;
 }
 
 /// Of the cavities from one region; negative where they overlap.
 double distance_mm(const Mesh& cavities, const SurfaceQuery& around, const Mesh& region, const Progress& progress) {
+  constexpr double kCross_mm = 1e-6;  // what crosses overlaps, though no vertex may tell
   const SurfaceQuery surface(region);
   const double gap_mm = smallest_gap(cavities, surface, progress);
-  const bool overlap = any_within(cavities, surface, 1) || any_within(region, around, -1);
-  return overlap ? -std::max(gap_mm, std::numeric_limits<double>::min()) : gap_mm;
+  const double overlap_mm = std::max(depth_mm(cavities, surface, 1), depth_mm(region, around, -1));
+  return overlap_mm > 0 || gap_mm == 0 ? -std::max(overlap_mm, kCross_mm) : gap_mm;
 }
 
 }  // namespace

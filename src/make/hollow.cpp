@@ -137,7 +137,8 @@ Settings settings(HollowOptions& options, const Spec& spec) {
        .words = "quadric (exact), or by Ipopt: rays (the paper's), voxels, octree",
        .details =
            "quadric is exact on the rays. The others are there to compare with: rays (the ray-reps paper's), voxels and octree.",
-       .place = choice("solver", options.solver, kSolverNames)}};
+       .place = choice("solver", options.solver, kSolverNames),
+       .rare = true}};
   std::erase_if(rows, [&spec](const Setting& row) {
     return (row.name == "bounds" && !std::holds_alternative<SpinSpec>(spec)) ||
            (row.name == "solver" && (std::holds_alternative<TargetSpec>(spec) || std::holds_alternative<PoseSpec>(spec) ||

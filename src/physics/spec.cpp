@@ -567,6 +567,61 @@ void check_self_supporting(const Print& print) {
     usage_error("--self-supporting does not know cores and balls: leave it out, or those.");
 }
 
+/// Of pieces and the pins between them.
+Settings cut_rows(Cut& cut) {
+  return {{.name = "cut",
+           .value = "PLANES",
+           .words = "in pieces that lie on their cuts: auto, or z=10, 'z=10;x=0'",
+           .details =
+               "auto: as few planes as open every cavity (one for up to three), with little overhang in the pieces lying on their "
+               "cuts, a short seam and room for pins. Planes that are given are directions with an offset in mm, ; between them. "
+               "All "
+               "are moved by up to 0.02 mm to pass no vertex. Where there is room both sides of a cut have up to three holes for "
+               "pins, the filament's own unless --pin-diameter says otherwise; they count, with the air around them. Writes 3MF: "
+               "pieces lie on the bed side by side, and verify sees them put together.",
+           .place = cut_place(cut),
+           .applies = For::making},
+          {.name = "pin-diameter",
+           .value = "MM",
+           .words = "of the pins between pieces, of the density of the print",
+           .details = "1.75: pieces of filament.",
+           .place = &cut.pin_diameter_mm,
+           .range = {.lo = 0.5, .hi = 20, .open = false},
+           .applies = For::making,
+           .rare = true},
+          {.name = "pin-clearance",
+           .value = "MM",
+           .words = "of their holes, all around",
+           .details = "",
+           .place = &cut.clearance_mm,
+           .range = {.lo = 0, .hi = 1, .open = false},
+           .applies = For::making,
+           .rare = true}};
+}
+
+/// Of what a printer cannot reach from below.
+Settings roof_rows(Print& print) {
+  return {
+      {.name = "print-direction",
+       .value = "DIR",
+       .words = "of the mesh: upward on the bed (default: as it stands)",
+       .details =
+           "x, y, z, -x, -y, -z or X,Y,Z: how the mesh is laid on the bed in the slicer. Without it as it is to stand, float "
+           "or spin (--up), and in a file for a printer z. Roofs of cavities are those seen along it.",
+       .place = optional_direction_place(print.direction, "up"),
+       .rare = true},
+      {.name = "self-supporting",
+       .value = "DEG",
+       .words = "roofs of cavities rise at least so much, like 45; 0: any",
+       .details =
+           "No roof of a cavity rises less than so many degrees from the horizontal along --print-direction, so that it prints "
+           "without supports inside: flatter ones are carried by cones on pillars, a little thicker than twice the wall. What that "
+           "costs of the goal is told. A spin for which no direction is given may be made to be printed lying, if that costs less.",
+       .place = &print.self_supporting_deg,
+       .range = {.lo = 0, .hi = 75, .open = false},
+       .applies = For::making}};
+}
+
 template <typename Spec>
 void check_rows(const Spec& spec, For purpose) {
   Spec copy = spec;
@@ -818,101 +873,50 @@ Settings settings(Print& print, For purpose) {
                                return std::string("none");
                              },
                              words_for(materials())};
-  Settings rows = asked_for(
-      {
-          {.name = "resin",
-           .value = "",
-           .words = "what resin needs: --material resin --drain auto --plug",
-           .details =
-               "For each cavity a hole by which the resin runs out and one for air, with plugs to close them. What stays inside "
-               "all the same counts as mass, and fails (trapped_resin) if it is more than 1 % of what the cavities hold.",
-           .place = resin_place(print),
-           .applies = For::making,
-           .rare = true,
-           .also = "material"},
-          {.name = "material",
-           .value = "NAME",
-           .words = "one of: " + material_names(),
-           .details =
-               "Sets the density to a typical one; the data sheet of the spool or bottle is better (--density, which goes before). "
-               "Sources: docs/conventions.md. With resin, what a sealed cavity keeps uncured is weighed, and the mesh fails "
-               "(trapped_resin) unless --drained is said.",
-           .place = by_name},
-          {.name = "density",
-           .value = "G_CM3",
-           .words = "density of the print (default 1.24, PLA)",
-           .details = "",
-           .place = &print.density_g_cm3,
-           .range = Range::positive()},
-          {.name = "drained",
-           .value = "",
-           .words = "resin: you will drain the cavities, and close them again",
-           .details = "Says that no uncured resin stays in a sealed cavity: you drill a hole into each, let it run out, and close "
-                      "the hole "
-                      "with cured resin. What hole and plug change of the mass is not accounted for.",
-           .place = &print.drained,
-           .rare = true},
-          {.name = "wall",
-           .value = "MM",
-           .words = "smallest wall thickness",
-           .details = "Smallest distance between cavity and outer surface. It is kept, and judged, at the cavity's vertices; the "
-                      "middle of a "
-                      "triangle can be nearer by a few percent along reentrant creases.",
-           .place = &print.wall_mm,
-           .range = purpose == For::judging ? Range{.lo = 0, .open = false} : Range::positive()},
-          {.name = "cut",
-           .value = "PLANES",
-           .words = "in pieces that lie on their cuts: auto, or z=10, 'z=10;x=0'",
-           .details =
-               "auto: as few planes as open every cavity (one for up to three), with little overhang in the pieces lying on their "
-               "cuts, a short seam and room for pins. Planes that are given are directions with an offset in mm, ; between them. "
-               "All "
-               "are moved by up to 0.02 mm to pass no vertex. Where there is room both sides of a cut have up to three holes for "
-               "pins, the filament's own unless --pin-diameter says otherwise; they count, with the air around them. Writes 3MF: "
-               "pieces lie on the bed side by side, and verify sees them put together.",
-           .place = cut_place(print.cut),
-           .applies = For::making},
-          {.name = "pin-diameter",
-           .value = "MM",
-           .words = "of the pins between pieces, of the density of the print",
-           .details = "1.75: pieces of filament.",
-           .place = &print.cut.pin_diameter_mm,
-           .range = {.lo = 0.5, .hi = 20, .open = false},
-           .applies = For::making,
-           .rare = true},
-          {.name = "pin-clearance",
-           .value = "MM",
-           .words = "of their holes, all around",
-           .details = "",
-           .place = &print.cut.clearance_mm,
-           .range = {.lo = 0, .hi = 1, .open = false},
-           .applies = For::making,
-           .rare = true},
-          {.name = "print-direction",
-           .value = "DIR",
-           .words = "of the mesh: upward on the bed (default: as it stands)",
-           .details =
-               "x, y, z, -x, -y, -z or X,Y,Z: how the mesh is laid on the bed in the slicer. Without it as it is to stand, float "
-               "or spin (--up), and in a file for a printer z. Roofs of cavities are those seen along it.",
-           .place = optional_direction_place(print.direction, "up")},
-          {.name = "self-supporting",
-           .value = "DEG",
-           .words = "roofs of cavities rise at least so much, like 45; 0: any",
-           .details =
-               "No roof of a cavity rises less than so many degrees from the horizontal along --print-direction, so that it prints "
-               "without supports inside: flatter ones are carried by cones on pillars, a little thicker than twice the wall. The "
-               "goal "
-               "is "
-               "met with what is left of the room inside, and what that costs is told. A spin for which no direction is given may "
-               "be "
-               "made to be printed lying, if that costs less.",
-           .place = &print.self_supporting_deg,
-           .range = {.lo = 0, .hi = 75, .open = false},
-           .applies = For::making},
-      },
-      purpose);
-  for (Setting& row : drain_rows(print, purpose)) rows.push_back(std::move(row));
-  return rows;
+  Settings rows = {
+      {.name = "resin",
+       .value = "",
+       .words = "what resin needs: --material resin --drain auto --plug",
+       .details = "For each cavity a hole by which the resin runs out and one for air, with plugs to close them. What stays inside "
+                  "all the same counts as mass, and fails (trapped_resin) if it is more than 1 % of what the cavities hold.",
+       .place = resin_place(print),
+       .applies = For::making,
+       .rare = true,
+       .also = "material"},
+      {.name = "material",
+       .value = "NAME",
+       .words = "one of: " + material_names(),
+       .details =
+           "Sets the density to a typical one; the data sheet of the spool or bottle is better (--density, which goes before). "
+           "Sources: docs/conventions.md. With resin, what a sealed cavity keeps uncured is weighed, and the mesh fails "
+           "(trapped_resin) unless --drained is said.",
+       .place = by_name},
+      {.name = "density",
+       .value = "G_CM3",
+       .words = "density of the print (default 1.24, PLA)",
+       .details = "",
+       .place = &print.density_g_cm3,
+       .range = Range::positive()},
+      {.name = "drained",
+       .value = "",
+       .words = "resin: you will drain the cavities, and close them again",
+       .details = "Says that no uncured resin stays in a sealed cavity: you drill a hole into each, let it run out, and close "
+                  "the hole "
+                  "with cured resin. What hole and plug change of the mass is not accounted for.",
+       .place = &print.drained,
+       .rare = true},
+      {.name = "wall",
+       .value = "MM",
+       .words = "smallest wall thickness",
+       .details = "Smallest distance between cavity and outer surface. It is kept, and judged, at the cavity's vertices; the "
+                  "middle of a "
+                  "triangle can be nearer by a few percent along reentrant creases.",
+       .place = &print.wall_mm,
+       .range = purpose == For::judging ? Range{.lo = 0, .open = false} : Range::positive()},
+  };
+  for (Settings more : {cut_rows(print.cut), roof_rows(print), drain_rows(print, purpose)})
+    for (Setting& row : more) rows.push_back(std::move(row));
+  return asked_for(std::move(rows), purpose);
 }
 
 Settings settings(FloatSpec& spec, For purpose) {

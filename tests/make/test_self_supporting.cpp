@@ -34,7 +34,7 @@ Overhang overhang_of(const Mesh& delivered, const Eigen::Vector3d& direction, do
 
 HollowOptions quick() {
   HollowOptions options;
-  options.resolution = 80;
+  options.resolution = 60;
   return options;
 }
 
@@ -76,7 +76,7 @@ TEST(Carriers, LeaveASteepRoofAlone) {
 TEST(SelfSupporting, AFloatMeetsItsGoalWithRoofsThatRise) {
   FloatSpec spec;
   spec.print.self_supporting_deg = 45;
-  const Mesh solid = uv_ellipsoid(30, 22, 18, 96);
+  const Mesh solid = uv_ellipsoid(30, 22, 18, 64);
   const HollowResult result = hollow(solid, spec, quick());
   EXPECT_LE(result.as_built_error, 1e-6);
   const Verdict verdict = verify(result.delivery.body(), &solid, result.spec);
@@ -96,7 +96,7 @@ TEST(SelfSupporting, TheDirectionOfThePrintIsThatOfTheRoofs) {
   StandSpec spec;
   spec.print.self_supporting_deg = 45;
   spec.print.direction = Eigen::Vector3d(1, 0, 1);
-  const Mesh solid = box({0, 0, 0}, {30, 24, 40});
+  const Mesh solid = box({0, 0, 0}, {20, 16, 26});
   const HollowResult result = hollow(solid, spec, quick());
   EXPECT_TRUE(verify(result.delivery.body(), &solid, result.spec).pass());
   // The box stands on an edge: its own roofs rise 45 degrees, and nothing is to be carried.
@@ -112,7 +112,7 @@ TEST(SelfSupporting, TheDirectionOfThePrintIsThatOfTheRoofs) {
 TEST(SelfSupporting, ASpinIsPrintedAsItCostsLeast) {
   SpinSpec spec;
   spec.print.self_supporting_deg = 45;
-  const Mesh solid = uv_ellipsoid(24, 20, 16, 64);
+  const Mesh solid = uv_ellipsoid(20, 16, 13, 48);
   const HollowResult result = hollow(solid, spec, quick());
   const Print& print = print_of(result.spec);
   const Verdict verdict = verify(result.delivery.body(), &solid, result.spec);

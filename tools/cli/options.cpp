@@ -289,6 +289,7 @@ Setting keep_solid_row(Options& options, const char* details) {
                                for (const auto& path : options.keep_solid) text += (text.empty() ? "" : ", ") + path.string();
                                return text.empty() ? std::string("none") : text;
                              }},
+          .rare = true,
           .repeated = true};
 }
 
