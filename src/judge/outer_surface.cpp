@@ -268,7 +268,8 @@ HoledOutside holes_in(const Holed& what, const Progress& progress) {
     Mouth& mouth = mouths[n];
     mark_hole(outer, at, mouth, rims[n], found);
     const auto middle = static_cast<int>(found.sealed.vertices.size());
-    mouth.centre_mm = original.closest(mouth.centre_mm, mouth.diameter_mm).point_mm;
+    const Eigen::Vector3d to_surface = original.closest(mouth.centre_mm, mouth.diameter_mm).point_mm - mouth.centre_mm;
+    mouth.centre_mm += mouth.axis.dot(to_surface) * mouth.axis;
     found.sealed.vertices.push_back(mouth.centre_mm);
     for (const RimSide& side : rims[n]) found.sealed.triangles.emplace_back(side.to, side.from, middle);
     found.mouths.push_back(mouth);

@@ -34,7 +34,7 @@ double outer_deviation(const OuterSurfaces& surfaces, const Progress& progress);
 
 /// Where a hole comes out of the outside.
 struct Mouth {
-  Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();  ///< on the original
+  Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();  ///< on the axis, where the outside was
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();      ///< of the hole, outward
   double diameter_mm = 0;                               ///< of the circle around its rim, seen along the axis
 };

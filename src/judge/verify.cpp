@@ -21,6 +21,7 @@
 #include "judge/verify_detail.h"
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/assembly.h"
+#include "rayrep/mesh/boolean.h"
 #include "rayrep/mesh/mesh_check.h"
 
 namespace rayrep {
@@ -512,10 +513,12 @@ Verdict verify(const PrintedDelivery& delivered, const Mesh* original, const Spe
   const Mesh solid = delivered.delivery.solid();
   require_size(solid);
   Verdict both;
-  const AllowedOutside outside(solid, original, spec, progress);
   const bool drained = print.drains.wanted();
   if (drained && !original)
     throw Error(ErrorCode::usage, "Holes are told from the rest of the outside by the original: name it (--original).");
+  // Where bodies of it overlap, holes have been drilled through their union.
+  const Mesh united = drained ? combined({original, 1}, {}, progress).mesh : Mesh();
+  const AllowedOutside outside(solid, drained ? &united : original, spec, progress);
   const Surface surface = judge_surface(solid, outside.mesh(), progress, both, drained ? &print.drains : nullptr);
   add_surface_criteria(surface, {original != nullptr, print, up_of(spec), limits.wall_ratio, outside.tolerance_mm()}, progress,
                        both);

@@ -358,7 +358,10 @@ Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progres
   if (holed) {
     std::vector<char> unchanged;
     for (const int t : outer_triangles) unchanged.push_back(matched.delivered[static_cast<std::size_t>(t)]);
-    surface.holes = holes_in({surface.outer, unchanged, *original, drains->diameter_mm, verdict.coordinate_rounding_mm}, progress);
+    // Distances are computed no better, and told no better.
+    const double rounding_mm = std::max(verdict.coordinate_rounding_mm, std::ldexp(surface.diagonal_mm, -40));
+    verdict.coordinate_rounding_mm = std::max(verdict.coordinate_rounding_mm, std::ldexp(surface.diagonal_mm, -30));
+    surface.holes = holes_in({surface.outer, unchanged, *original, drains->diameter_mm, rounding_mm}, progress);
     std::erase_if(added_triangles, [&](int t) {
       const auto at = std::lower_bound(outer_triangles.begin(), outer_triangles.end(), t) - outer_triangles.begin();
       return surface.holes.inside[static_cast<std::size_t>(at)] != 0;

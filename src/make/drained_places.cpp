@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "rayrep/base/error.h"
 #include "rayrep/base/setting.h"
+#include "rayrep/mesh/boolean.h"
 #include "rayrep/mesh/clip.h"
 #include "rayrep/physics/support_polygon.h"
 
@@ -116,8 +117,8 @@ DrainPlaces::DrainPlaces(const Body& body, const Spec& spec, std::size_t rooms)
       wall_mm_(print_of(spec).wall_mm),
       print_up_(print_of(spec).direction.value_or(up_of(spec)).normalized()),
       from_working_(body.to_working.inverse()),
-      outside_(body.outer),
-      first_of_rooms_(static_cast<int>(body.outer.triangles.size() - rooms)),
+      outside_(combined({&body.outer, 1}).mesh),
+      first_of_rooms_(static_cast<int>(outside_.mesh().triangles.size() - rooms)),
       reach_mm_(2 * body.diagonal_mm) {
   std::visit([this](const auto& s) { add_bound(s); }, spec);
 }

@@ -5,7 +5,6 @@
 #include <cctype>
 #include <cmath>
 #include <numbers>
-#include <sstream>
 #include <utility>
 
 #include "base/text.h"
@@ -480,13 +479,14 @@ TextPlace drain_place(Drains& drains) {
               drains.where = Drains::Where::found;
               return;
             }
-            std::istringstream places(text);
-            for (std::string one; std::getline(places, one, ';');) {
-              const std::vector<double> numbers = parse_numbers("drain", one);
+            for (std::size_t begin = 0; begin <= text.size();) {
+              const std::size_t end = std::min(text.find(';', begin), text.size());
+              const std::vector<double> numbers = parse_numbers("drain", text.substr(begin, end - begin));
               if (numbers.size() != 3) usage_error("--drain takes auto, or X,Y,Z in mm; it is '" + text + "'.");
               if (drains.where != Drains::Where::given) drains.points_mm.clear();
               drains.where = Drains::Where::given;
               drains.points_mm.emplace_back(numbers[0], numbers[1], numbers[2]);
+              begin = end + 1;
             }
           },
           [&drains] {
@@ -498,14 +498,23 @@ TextPlace drain_place(Drains& drains) {
 }
 
 /// What resin needs, in one word.
-TextPlace resin_place(Print& print) {
-  return {[&print](const std::string&) {
-            print.density_g_cm3 = material("resin").density_g_cm3;
-            print.liquid_g_cm3 = material("resin").liquid_g_cm3;
-            if (!print.drains.wanted()) print.drains.where = Drains::Where::found;
-            print.drains.plugged = true;
-          },
-          [&print] { return std::string(print.liquid_g_cm3 > 0 && print.drains.plugged ? "yes" : "no"); }};
+Setting resin_row(Print& print) {
+  const auto set = [&print](const std::string&) {
+    print.density_g_cm3 = material("resin").density_g_cm3;
+    print.liquid_g_cm3 = material("resin").liquid_g_cm3;
+    if (!print.drains.wanted()) print.drains.where = Drains::Where::found;
+    print.drains.plugged = true;
+  };
+  const auto show = [&print] { return std::string(print.liquid_g_cm3 > 0 && print.drains.plugged ? "yes" : "no"); };
+  return {.name = "resin",
+          .value = "",
+          .words = "what resin needs: --material resin --drain auto --plug",
+          .details =
+              "For each cavity a hole by which the resin runs out and one for air, with plugs to close them. What stays inside all "
+              "the same counts as mass, and fails (trapped_resin) if it is more than 1 % of what the cavities hold.",
+          .place = TextPlace{set, show},
+          .rare = true,
+          .also = "material"};
 }
 
 /// Of holes that drain, and how the print is held.
@@ -874,15 +883,6 @@ Settings settings(Print& print, For purpose) {
                              },
                              words_for(materials())};
   Settings rows = {
-      {.name = "resin",
-       .value = "",
-       .words = "what resin needs: --material resin --drain auto --plug",
-       .details = "For each cavity a hole by which the resin runs out and one for air, with plugs to close them. What stays inside "
-                  "all the same counts as mass, and fails (trapped_resin) if it is more than 1 % of what the cavities hold.",
-       .place = resin_place(print),
-       .applies = For::making,
-       .rare = true,
-       .also = "material"},
       {.name = "material",
        .value = "NAME",
        .words = "one of: " + material_names(),
@@ -900,20 +900,21 @@ Settings settings(Print& print, For purpose) {
       {.name = "drained",
        .value = "",
        .words = "resin: you will drain the cavities, and close them again",
-       .details = "Says that no uncured resin stays in a sealed cavity: you drill a hole into each, let it run out, and close "
-                  "the hole "
-                  "with cured resin. What hole and plug change of the mass is not accounted for.",
+       .details =
+           "Says that no uncured resin stays in a sealed cavity: you drill a hole into each, let it run out, and close the hole "
+           "with cured resin. What hole and plug change of the mass is not accounted for: --drain makes holes that are.",
        .place = &print.drained,
        .rare = true},
       {.name = "wall",
        .value = "MM",
        .words = "smallest wall thickness",
-       .details = "Smallest distance between cavity and outer surface. It is kept, and judged, at the cavity's vertices; the "
-                  "middle of a "
-                  "triangle can be nearer by a few percent along reentrant creases.",
+       .details =
+           "Smallest distance between cavity and outer surface. It is kept, and judged, at the cavity's vertices; the middle of a "
+           "triangle can be nearer by a few percent along reentrant creases.",
        .place = &print.wall_mm,
        .range = purpose == For::judging ? Range{.lo = 0, .open = false} : Range::positive()},
   };
+  if (purpose != For::judging) rows.insert(rows.begin(), resin_row(print));
   for (Settings more : {cut_rows(print.cut), roof_rows(print), drain_rows(print, purpose)})
     for (Setting& row : more) rows.push_back(std::move(row));
   return asked_for(std::move(rows), purpose);

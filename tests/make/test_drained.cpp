@@ -19,12 +19,12 @@ namespace rayrep::test {
 namespace {
 
 const Mesh& egg() {
-  static const Mesh mesh = uv_ellipsoid(30, 22, 26, 40);
+  static const Mesh mesh = uv_ellipsoid(30, 22, 26, 24);
   return mesh;
 }
 
 /// As it will be read from STL, so that it holds what was judged.
-HollowOptions as_stl(int resolution = 50) {
+HollowOptions as_stl(int resolution = 40) {
   HollowOptions options = coarse(resolution);
   options.as_stored = [](const Mesh& mesh) { return as_stored("body.stl", mesh); };
   return options;
@@ -119,7 +119,7 @@ TEST(Drained, StaysAboveTheWaterUnlessPlugged) {
     EXPECT_GT(number_of(hole, "z_mm") + 26, *std::get<FloatSpec>(made.spec).waterline_mm + 0.03 * 52);
   FloatSpec below = drained<FloatSpec>(false);
   below.print.drains.where = Drains::Where::given;
-  below.print.drains.points_mm = {{0, 0, -30}};
+  below.print.drains.points_mm = {{30, 0, -3}};
   EXPECT_TRUE(mentions(message_of([&] { hollow(egg(), below, as_stl()); }, ErrorCode::usage), {"above the waterline", "too low"}));
 }
 
@@ -218,13 +218,17 @@ TEST(Drained, JudgeAllowsHolesAlone) {
   unplugged.parts.pop_back();
   EXPECT_TRUE(has(judged(unplugged, made.spec), "plugged"));
   Delivery beside = made.delivery;
-  for (auto& v : beside.parts.back().mesh.vertices) v += Eigen::Vector3d(0.09, 0, 0);
+  const auto outward_of = [](const Mesh& plug) {
+    const Moments s = mesh_moments(plug);
+    return Eigen::Vector3d((s.segment<3>(MX) / s[M1]).normalized());
+  };
+  const Eigen::Vector3d across = outward_of(beside.parts.back().mesh).unitOrthogonal();
+  for (auto& v : beside.parts.back().mesh.vertices) v += 0.09 * across;
   EXPECT_TRUE(has(judged(beside, made.spec), "plug_clearance"));
   Delivery out = made.delivery;
   for (Part& part : out.parts)
     if (part.role == Part::Role::plug) {
-      const Moments s = mesh_moments(part.mesh);
-      const Eigen::Vector3d outward = (s.segment<3>(MX) / s[M1]).normalized();
+      const Eigen::Vector3d outward = outward_of(part.mesh);
       for (auto& v : part.mesh.vertices) v += 0.5 * outward;
     }
   EXPECT_TRUE(has(judged(out, made.spec), "plugs_flush"));
