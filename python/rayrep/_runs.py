@@ -448,7 +448,7 @@ def hollow(mesh: Union[Mesh, Path], goal: str = "float", *, format: Optional[str
         "float", "spin", "stand", "target", "pose" or "dice".
     format : str
         What it is judged in and can be exported to without a loss: "stl" (float32), "obj", "ply" or "3mf". STL, and 3MF with
-        infill, if it is not given.
+        infill or in pieces, if it is not given.
     progress : callable
         Is called with the stage and about how much is done, 0 to 1, several times a second. Returning False cancels
         (Interrupted); what it raises comes out. Ctrl-C raises KeyboardInterrupt with or without it.

@@ -965,7 +965,8 @@ static Setting centre_row(std::optional<Eigen::Vector3d>& centre_mm) {
           .value = "X,Y,Z",
           .words = "of a yo-yo (default: middle of the bounding box)",
           .details = "",
-          .place = point_place("center", centre_mm, "auto")};
+          .place = point_place("center", centre_mm, "auto"),
+          .rare = true};
 }
 
 static Setting axle_row(Axle& axle) {
@@ -977,7 +978,8 @@ static Setting axle_row(Axle& axle) {
               "holes 0.1 mm wider all around, or an 8 mm rod in a 608 bearing (22 x 7 mm, 12 g) that sits in both. Its steel (7.85 "
               "g/cm3) counts. The rod's length is told: pushed home it keeps the gap. spin --yoyo takes m4 unless told; for verify "
               "what is not told is none.",
-          .place = choice("axle", axle.kind, kAxles)};
+          .place = choice("axle", axle.kind, kAxles),
+          .rare = true};
 }
 
 static Setting gap_row(Axle& axle) {
@@ -986,7 +988,8 @@ static Setting gap_row(Axle& axle) {
           .words = "between the halves, for the string (default 4)",
           .details = "",
           .place = &axle.gap_mm,
-          .range = {.lo = 0, .hi = 1000, .open = false}};
+          .range = {.lo = 0, .hi = 1000, .open = false},
+          .rare = true};
 }
 
 static constexpr std::array<const char*, 2> kSpinObjectives = {"rayreps", "spinit"};
@@ -1008,8 +1011,8 @@ Settings settings(SpinSpec& spec, For purpose) {
                            [&spec] { return spec.yoyo ? "yo-yo" : shown_axis(spec.axis); }}},
        {.name = "yoyo",
         .value = "",
-        .words = "a yo-yo: no tip, the centre of mass at --center",
-        .details = "No tip and no gravity. For verify it is a --goal.",
+        .words = "a yo-yo: two halves for an --axle m4, --gap 4; none: one piece",
+        .details = "No tip and no gravity; the centre of mass comes to lie at --center. For verify it is a --goal.",
         .place = &spec.yoyo,
         .applies = For::making},
        centre_row(spec.centre_mm),

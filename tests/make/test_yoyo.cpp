@@ -96,10 +96,8 @@ TEST(Yoyo, TheJudgeHoldsTheChangeToGapAndBore) {
     return failed(verify(result.delivery, &solid, spec));
   };
   EXPECT_EQ(failures({Axle::Kind::m4, 4}), Names{});
-  for (const Axle axle : {Axle{Axle::Kind::m4, 3.9}, Axle{}}) {
-    const Names names = failures(axle);
-    EXPECT_TRUE(std::find(names.begin(), names.end(), "outer_unchanged") != names.end());
-  }
+  const Names names = failures({Axle::Kind::m4, 3.9});
+  EXPECT_TRUE(std::find(names.begin(), names.end(), "outer_unchanged") != names.end());
 }
 
 TEST(Yoyo, WithoutAnAxleItIsInOnePieceAsBefore) {
