@@ -150,9 +150,10 @@ TEST_F(SceneTool, HintsAndResolves) {
   const Run hint = run("motion through.json --hint");
   EXPECT_EQ(hint.code, 4);
   EXPECT_TRUE(mentions(hint.out, {"For cube and table on the way fly", "cube, everywhere: move it by", "clear then"}));
-  const Run resolved = run("motion through.json --resolve --free cube -o out.json");
+  const Run resolved = run("motion through.json --resolve --free cube -o out.json --html out.html");
   EXPECT_EQ(resolved.code, 0) << resolved.out << resolved.err;
   EXPECT_TRUE(mentions(resolved.out, {"out.json: after"}));
+  EXPECT_TRUE(mentions(text_of(folder() / "out.html"), {"out.json", "No part gets into another"}));
   EXPECT_EQ(run("motion out.json").code, 0);
   EXPECT_EQ(run("motion through.json --free cube").code, 2);
 }

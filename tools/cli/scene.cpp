@@ -88,6 +88,9 @@ void tell(const Options& options, const Scene& scene, const MotionReport& report
     std::cout << to_json(scene, report);
   else if (!options.quiet)
     std::cout << printable(to_text(scene, report));
+  if (options.html.empty()) return;
+  const std::filesystem::path& shown = options.scene.resolve ? options.output : options.input;
+  write_text_file(options.html, to_html(scene, report, {shown.string(), options.scene.tolerance}));
 }
 
 /// What overlaps as an error, once it has been told.
@@ -130,8 +133,6 @@ void run_motion(const Options& options, Stages& stages, const Progress& progress
   stages.finish();
   tell(options, scene, report);
   if (options.scene.hint && !options.quiet) std::cout << printable(to_text(with_middle_keys(scene), found));
-  if (!options.html.empty())
-    write_text_file(options.html, to_html(scene, report, {options.input.string(), options.scene.tolerance}));
   require_free(options, scene, report);
 }
 
