@@ -11,6 +11,7 @@
 #include <map>
 #include <numeric>
 
+#include "motion.h"
 #include "problem.h"
 #include "rayrep/judge/verify.h"
 #include "rayrep/make/cavity.h"
@@ -147,6 +148,7 @@ int run_micro(int argc, char** argv) {
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   register_all();
+  register_motion();
   const std::size_t ran = benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();
   return ran > 0 ? 0 : 1;
