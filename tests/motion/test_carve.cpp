@@ -124,7 +124,9 @@ TEST(Sweeps, DistancesAreTheLeastOfAllMoments) {
       else
         EXPECT_LT(least, 12) << "it is in the body, or crosses its surface";
       std::size_t other = 0;
-      if (found > 1) EXPECT_EQ(sweep.distance_mm(p, -1e9, found / 2, other), found / 2);
+      if (found > 1) {
+        EXPECT_EQ(sweep.distance_mm(p, -1e9, found / 2, other), found / 2);
+      }
     }
   }
 }

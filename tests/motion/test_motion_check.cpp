@@ -237,7 +237,9 @@ TEST(MotionCheck, AnswersOnlyBecomeSharper) {
       for (int k = 0; k <= 1000; ++k) {
         const bool now = is_clear(told[n].pairs[p], k / 1000.0);
         clear[n] += now;
-        if (n > 0 && is_clear(told[n - 1].pairs[p], k / 1000.0)) EXPECT_TRUE(now) << "nothing is taken back";
+        if (n > 0 && is_clear(told[n - 1].pairs[p], k / 1000.0)) {
+          EXPECT_TRUE(now) << "nothing is taken back";
+        }
       }
   EXPECT_GT(clear.back(), clear.front());
 }
