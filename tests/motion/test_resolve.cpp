@@ -130,7 +130,9 @@ TEST(Resolve, WhatWasFreeStaysFree) {
   EXPECT_FALSE(MotionChecker().check(scene).free());
   const Resolved resolved = resolve(scene);
   for (const PairMotion& pair : resolved.report.pairs)
-    if (pair.second == 2) EXPECT_FALSE(pair.overlaps());
+    if (pair.second == 2) {
+      EXPECT_FALSE(pair.overlaps());
+    }
   EXPECT_LE(resolved.report.pairs[0].intervals.empty() ? 0 : resolved.report.pairs[0].intervals[0].intersection_mm,
             MotionChecker().check(scene).pairs[0].intervals[0].intersection_mm);
 }
