@@ -520,8 +520,9 @@ Verdict verify(const PrintedDelivery& delivered, const Mesh* original, const Spe
   const Mesh united = drained ? combined({original, 1}, {}, progress).mesh : Mesh();
   const AllowedOutside outside(solid, drained ? &united : original, spec, progress);
   const Surface surface = judge_surface(solid, outside.mesh(), progress, both, drained ? &print.drains : nullptr);
-  add_surface_criteria(surface, {original != nullptr, print, up_of(spec), limits.wall_ratio, outside.tolerance_mm()}, progress,
-                       both);
+  add_surface_criteria(
+      surface, {original != nullptr, print, up_of(spec), limits.wall_ratio, outside.tolerance_mm(), in_pieces(delivered.delivery)},
+      progress, both);
   outside.tell(both);
   if (!Surface::closed(both)) return both;
   Moments s = delivered.printed + insert_moments(delivered.delivery, print.density_g_cm3);

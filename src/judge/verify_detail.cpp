@@ -418,12 +418,23 @@ void judge_trapped(const Surface& surface, const Print& print, const Progress& p
                           " g. If you will drill a hole into each, drain it and close the hole, say --drained.");
 }
 
+/// The rooms inside, with the holes that lead into them.
+Mesh rooms_in(const Surface& surface, const Progress& progress) {
+  if (surface.holes.sealed.triangles.empty()) return surface.cavities;
+  const std::vector<Mesh> operands = {surface.holes.sealed, surface.material};
+  Mesh rooms = with_merged_vertices(combined(operands, {.operation = BooleanOperation::subtract}, progress).mesh);
+  flip(rooms);
+  return rooms;
+}
+
 void tell_overhang(const Surface& surface, const SurfaceTerms& terms, const Progress& progress, Verdict& verdict) {
-  if (verdict.cavities == 0 || !Surface::closed(verdict)) return;
+  if (verdict.cavities == 0 || terms.in_pieces || !Surface::closed(verdict)) return;
   PrintedUp print;
   print.direction = terms.print.direction.value_or(terms.up);
   print.bed_mm = lowest_along(surface.mesh, print.direction.normalized());
-  verdict.figures = figures_of(overhang(surface.cavities, print, progress), print);
+  Overhang found = overhang(rooms_in(surface, progress), print, progress);
+  found.sealed_mm3 = surface.cavities.triangles.empty() ? 0 : -mesh_moments(surface.cavities)[M1];
+  verdict.figures = figures_of(found, print);
 }
 
 }  // namespace

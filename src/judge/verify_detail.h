@@ -89,6 +89,7 @@ struct SurfaceTerms {
   const Eigen::Vector3d& up;  ///< of the goal: it is printed so, unless the print says otherwise
   double wall_ratio;
   double tolerance_mm = 0;  ///< by which more than rounding the outside may differ
+  bool in_pieces = false;   ///< each is printed as it lies: nothing is told of roofs
 };
 
 /// Adds the criteria closed, outer_unchanged (with an original), no_islands, no_crossings, wall (with a cavity and a wall asked
