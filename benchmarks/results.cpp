@@ -436,7 +436,7 @@ private:
     out_.line(
         "triangle; triangles that cross others, the outside's among themselves too. Meshes that are not closed are left out.");
     out_.header({"shape", "goal", "N", "outside", "cavity", "ratio", "growth", "passes", "as built", "crease rms", "p99", "max",
-                 "wall", "crossing", "seconds"});
+                 "wall", "crossing"});
     for (const Record* r : records) {
       const Record* coarse = r->resolution == 200 ? store_.one("cavities", r->mesh, r->goal, 100, r->solver) : nullptr;
       if (!r->converged()) {
@@ -448,7 +448,7 @@ private:
                 significant(cavity / r->extra("outside"), 2), coarse ? significant(cavity / coarse->extra("cavity"), 3) : "",
                 whole(r->extra("passes")), significant(r->extra("as built"), 2), significant(r->extra("crease rms"), 2),
                 significant(r->extra("crease p99"), 2), significant(r->extra("crease max"), 2), significant(r->extra("wall"), 3),
-                whole(r->extra("crossing")), significant(r->seconds.median, 3)});
+                whole(r->extra("crossing"))});
     }
   }
 

@@ -320,7 +320,8 @@ public:
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
       area += 0.5 * (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm();
     const Eigen::AlignedBox3d box = bounding_box(mesh);
-    const double step = std::max(std::sqrt(area * vertices / static_cast<double>(of_.size())), box.sizes().maxCoeff() / kMost);
+    const double step = std::max({std::sqrt(area * vertices / static_cast<double>(of_.size())), box.sizes().maxCoeff() / kMost,
+                                  std::numeric_limits<double>::min()});
     const auto cell = [&](const Vector3d& p) -> Eigen::Vector3i {
       return ((p - box.min()) / step + Vector3d::Constant(shift)).array().floor().cast<int>();
     };
