@@ -302,8 +302,10 @@ std::vector<DrainHole> DrainPlaces::best(std::vector<Candidate> all, const Wante
   const bool drain = wanted.end == Wanted::End::drain;
   const auto rank = [&](const Candidate& c) {
     const double off = drain ? c.spill_mm - wanted.enough_mm : wanted.enough_mm - print_up_.dot(c.hole.inner_mm());
-    // Good enough: through the thinnest wall then.
-    return std::tuple(std::max(off, 0.0), !c.on_axis, std::floor(c.hole.wall_mm / (0.1 * wall_mm_)), off);
+    // Good enough: through the thinnest wall then, and with its bottom as low as can be, so that a floor that moves still drains.
+    const double bottom = std::max(print_up_.dot(c.hole.inner_mm()), print_up_.dot(c.hole.mouth_mm)) -
+                          radius_mm_ * reach_along(c.hole.outward, print_up_);
+    return std::tuple(std::max(off, 0.0), !c.on_axis, std::floor(c.hole.wall_mm / (0.1 * wall_mm_)), drain ? bottom : off);
   };
   std::stable_sort(all.begin(), all.end(), [&](const Candidate& a, const Candidate& b) { return rank(a) < rank(b); });
   for (const Candidate& one : all) {

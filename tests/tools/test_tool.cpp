@@ -77,6 +77,34 @@ protected:
   fs::path folder_;
 };
 
+// Holes and plugs as they are written, and judged again by the command line that is told.
+TEST_F(Tool, WritesPlugsThatCloseTheHoles) {
+  for (const std::string name : {"a.stl", "a.3mf"}) {
+    const Run made = run("float egg.stl --resin --resolution 40 -v --no-advice --report r.json -o " + name);
+    ASSERT_EQ(made.code, 0) << made.err;
+    EXPECT_TRUE(mentions(made.out, {"2 holes of 4.00 mm", "stay in its cavities", "g of resin", "glue in the 2 plugs"}))
+        << made.out;
+    EXPECT_EQ(fs::exists(folder_ / "a_plugs.stl"), true);
+    const nlohmann::json report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+    EXPECT_EQ(report["plugs"]["pieces"], 2);
+    EXPECT_EQ(report["plugs"]["path"], name == "a.3mf" ? "a.3mf" : "a_plugs.stl");
+    EXPECT_EQ(report["after"]["holes"].size(), 2u);
+    const std::string before = "to judge it again: rayrep ";
+    const std::size_t at = made.out.find(before);
+    ASSERT_NE(at, std::string::npos) << made.out;
+    const std::string line = made.out.substr(at + before.size(), made.out.find('\n', at + 1) - at - before.size());
+    const Run judged = run(line);
+    EXPECT_EQ(judged.code, 0) << line << judged.err;
+  }
+  EXPECT_EQ(run("verify a.stl --drain auto --plug --density 1.14 --original egg.stl").code, 4);  // without them
+  EXPECT_TRUE(mentions(run("verify a.stl --drain auto").err, {"--original"}));
+  EXPECT_TRUE(mentions(run("float egg.stl --resin --material pla").err, {"either --material or --resin"}));
+  EXPECT_TRUE(mentions(run("float egg.stl --plug").err, {"--drain auto"}));
+  EXPECT_TRUE(mentions(run("float egg.stl --drain 1,2").err, {"X,Y,Z"}));
+  EXPECT_TRUE(mentions(run("float egg.stl --drain auto --infill 15").err, {"--drain"}));
+  EXPECT_TRUE(mentions(run("float egg.stl --drain auto --plug --plug-clearance 1 --drain-diameter 2").err, {"too thin"}));
+}
+
 TEST_F(Tool, SuggestsACommandThatWorks) {
   const Run refused = run("float egg.stl --resolution 40 --waterline 2 --suggest --output s.stl");
   EXPECT_EQ(refused.code, 4);
