@@ -152,22 +152,28 @@ private:
   int looked_at_ = 0;
 };
 
-/// Points of the surface of `guest` that are likely to be inside `host` where the surfaces just cross: corners of the triangles
-/// that do, and the middles of what of their sides is between two crossings. In the frame of the first body.
+/// Points of the surface of the guest that are likely to be inside its host where the surfaces just cross: corners of the triangles
+/// that do, and the middles of what crossings and corners divide their sides into. In the frame of the first body.
 std::vector<Vector3d> likely_inside(const std::vector<ContourPiece>& pieces, const PairDescent& descent, const SolidBody& first,
                                     bool second_is_guest) {
   std::vector<Vector3d> points;
-  std::map<std::pair<int, int>, std::vector<Vector3d>> on_side;
+  std::map<std::pair<int, std::size_t>, std::vector<Vector3d>> on_side;
   for (const ContourPiece& piece : pieces) {
     const int triangle = second_is_guest ? piece.second : piece.first;
-    for (const Vector3d& c : second_is_guest ? descent.moved(triangle) : corners_of(first.mesh(), triangle)) points.push_back(c);
-    for (const ContourPiece::End& end : piece.ends)
-      if (end.moved_side == second_is_guest) on_side[{triangle, end.side}].push_back(end.at_mm);
+    const Corners3 corners = second_is_guest ? descent.moved(triangle) : corners_of(first.mesh(), triangle);
+    points.insert(points.end(), corners.begin(), corners.end());
+    for (const ContourPiece::End& end : piece.ends) {
+      if (end.moved_side != second_is_guest) continue;
+      const auto k = static_cast<std::size_t>(end.side);
+      std::vector<Vector3d>& crossings = on_side[{triangle, k}];
+      if (crossings.empty()) crossings = {corners[k], corners[(k + 1) % 3]};
+      crossings.push_back(end.at_mm);
+    }
   }
   for (auto& [side, crossings] : on_side) {
-    std::sort(crossings.begin(), crossings.end(), [](const Vector3d& a, const Vector3d& b) {
-      return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
-    });
+    const Vector3d from = crossings[0], along = crossings[1] - crossings[0];
+    std::sort(crossings.begin(), crossings.end(),
+              [&](const Vector3d& a, const Vector3d& b) { return along.dot(a - from) < along.dot(b - from); });
     for (std::size_t n = 1; n < crossings.size(); ++n) points.push_back((crossings[n - 1] + crossings[n]) / 2);
   }
   return points;

@@ -150,8 +150,8 @@ double unit_of(const Scene& scene, const Bodies& bodies, const Freedom& freedom)
 double severity(const PairMotion& pair) {
   double sum = 0;
   for (const CollisionInterval& i : pair.intervals)
-    // Of what has no contour at least how long it lasts counts.
-    if (i.kind == CollisionInterval::Kind::overlap) sum += i.intersection_mm + 1e-3 * (i.to - i.from);
+    // Of what has no contour at least how long it lasts counts, a little of what only touches, too: it is better clear.
+    sum += i.kind == CollisionInterval::Kind::overlap ? i.intersection_mm + 1e-3 * (i.to - i.from) : 1e-4 * (i.to - i.from);
   return sum;
 }
 
@@ -167,6 +167,10 @@ const PairMotion* same_pair(const MotionReport& report, const PairMotion& pair) 
   for (const PairMotion& other : report.pairs)
     if (other.transition == pair.transition && other.first == pair.first && other.second == pair.second) return &other;
   return nullptr;
+}
+
+bool is_at_rest(const Scene& scene, std::size_t transition, std::size_t part) {
+  return Travel(scene.transitions[transition].motions[part], 1).whole() == 0;
 }
 
 /// A scene on its way to be free.
@@ -188,6 +192,10 @@ public:
     std::erase_if(all, [&](const Freedom& f) {
       const bool of_pair = f.part == pair.first || f.part == pair.second;
       const bool of_way = f.kind == Kind::rest || f.transition == pair.transition;
+      const bool of_times = f.kind == Kind::time || f.kind == Kind::turn_time;
+      const std::size_t other = f.part == pair.first ? pair.second : pair.first;
+      // Past what is at rest it is the same way, sooner or later.
+      if (of_pair && of_way && of_times && is_at_rest(now_.scene, pair.transition, other)) return true;
       return !of_pair || !of_way || (!allowed_.empty() && !allowed_.contains(f.part));
     });
     return all;
@@ -212,12 +220,17 @@ public:
     if (!(norm2 > 0)) return std::nullopt;
     double deepest = 0;
     for (const CollisionInterval& interval : pair.intervals) deepest = std::max(deepest, interval.depth_mm);
-    return search(pair, along, moves, std::max(deepest, 1e-3) / std::sqrt(norm2) / 8);
+    const double furthest = bodies_[pair.first].diagonal_mm() + bodies_[pair.second].diagonal_mm();
+    return search(pair, along, moves, {std::max(deepest, 1e-3) / std::sqrt(norm2) / 8, furthest / std::sqrt(norm2)});
   }
 
   void take(Place place) { now_ = std::move(place); }
 
 private:
+  struct Lengths {
+    double shortest, longest;
+  };
+
   bool keeps_what_is_free(const MotionReport& report) const {
     const PairNames before = overlapping(now_.report), after = overlapping(report);
     return std::includes(before.begin(), before.end(), after.begin(), after.end());
@@ -225,7 +238,7 @@ private:
 
   /// The least of lengths that double, and then the least of those in between.
   std::optional<Place> search(const PairMotion& pair, const std::vector<Freedom>& along, const std::vector<Vector3d>& moves,
-                              double shortest) {
+                              const Lengths& lengths) {
     std::optional<Place> best;
     double least = severity(pair), best_length = 0;
     const auto attempt = [&](double factor) {
@@ -240,8 +253,7 @@ private:
       best = Place{std::move(scene), std::move(report)};
       return true;
     };
-    double factor = shortest;
-    for (int n = 0; n < 12; ++n, factor *= 2) {
+    for (double factor = lengths.shortest; factor <= lengths.longest; factor *= 2) {
       const bool better = attempt(factor);
       if (best && (!better || least == 0)) break;
     }
@@ -367,7 +379,8 @@ std::vector<Hint> hints(const Scene& scene, const ResolveOptions& options, const
       hint.after_mm = after ? severity(*after) : 0;
       hint.frees = !after || !after->overlaps();
       hint.amount = amount_between(descent.now().scene, place->scene, freedom);
-      of_pair.push_back(hint);
+      // What helps by very little is no help.
+      if (hint.frees || hint.after_mm < 0.9 * hint.before_mm) of_pair.push_back(hint);
     }
     std::stable_sort(of_pair.begin(), of_pair.end(), [](const Hint& a, const Hint& b) {
       if (a.frees != b.frees) return a.frees;

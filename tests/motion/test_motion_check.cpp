@@ -105,7 +105,9 @@ TEST(MotionCheck, BodiesThatCrossLikeAPlusOverlap) {
 TEST(MotionCheck, WhatSlidesOnAnotherTouchesIt) {
   const Scene scene =
       fly_by(box({-50, -50, -5}, {50, 50, 0}), box({-5, -5, 0}, {5, 5, 10}), moved_by({-20, 0, 0}), moved_by({20, 0, 0}));
-  const MotionReport report = MotionChecker().check(scene);
+  MotionCheckOptions options;
+  options.tolerance = 1e-2;
+  const MotionReport report = MotionChecker().check(scene, options);
   ASSERT_EQ(report.pairs[0].intervals.size(), 1u);
   EXPECT_EQ(report.pairs[0].intervals[0].kind, Kind::contact);
   EXPECT_TRUE(report.free());
@@ -142,7 +144,7 @@ TEST(MotionCheck, AClearanceIsKept) {
 
 TEST(MotionCheck, AContourSweepsTheSurfaceOfTheIntersection) {
   // A sphere through a plane: the contours are circles, and sweep pi^2 r^2 over the speed.
-  const Scene scene = fly_by(box({-50, -50, -100}, {50, 50, 0}), icosphere(10, 5), moved_by({0, 0, 40}), moved_by({0, 0, -40}));
+  const Scene scene = fly_by(box({-50, -50, -100}, {50, 50, 0}), icosphere(10, 4), moved_by({0, 0, 40}), moved_by({0, 0, -40}));
   const auto intervals = intervals_of(scene);
   ASSERT_EQ(intervals.size(), 1u);
   const double over_plane = 0.625;  // after that the sphere is inside
@@ -161,14 +163,14 @@ TEST(MotionCheck, AContourSweepsTheSurfaceOfTheIntersection) {
 /// By construction some overlap, some come near, some are clear. tests/oracles/motion_sampling.cpp does the same for many more.
 TEST(MotionCheck, RandomScenesMissNothingThatSamplesFind) {
   std::size_t overlapping = 0, intervals = 0;
-  for (unsigned seed = 0; seed < 40; ++seed) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
     const SampledScene found = sample_scene(seed, 2000, 1e-3);
     EXPECT_EQ(found.wrong, "");
     overlapping += found.overlapping;
     intervals += found.intervals;
   }
-  EXPECT_GT(overlapping, 2000u);
-  EXPECT_GT(intervals, 20u);
+  EXPECT_GT(overlapping, 1000u);
+  EXPECT_GT(intervals, 10u);
 }
 
 Scene crowd(unsigned seed, int parts) {

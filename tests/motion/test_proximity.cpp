@@ -60,6 +60,16 @@ TEST(Proximity, DepthOfAnEdgeThatDipsIn) {
   EXPECT_LT(depth_inside(floor, bar, place({0, 0, 1}), kInfinite, 1e-5).at_least_mm, 1e-9) << "it lies on it";
 }
 
+TEST(Proximity, DepthOfAnEdgeWhoseEndIsFlushWithAFace) {
+  // The bar ends where the post does, so that its edges cross the post's surface once.
+  const SolidBody post = prepared(box({-50, -6, -40}, {-40, 6, 0})), bar = prepared(box({-50, -1, -1}, {50, 1, 1}));
+  for (const double depth : {0.5, 0.02}) {
+    const Depth found = depth_inside(post, bar, place({0, 0, 1 - depth}), 1, 1e-3);
+    EXPECT_LE(found.at_least_mm, depth * (1 + 1e-9));
+    EXPECT_GE(found.at_least_mm, depth / 4);
+  }
+}
+
 TEST(Proximity, AContourIsTheCurveOfBothSurfaces) {
   const SolidBody slab = prepared(box({-50, -50, -40}, {50, 50, 0})), ball = prepared(icosphere(10, 5));
   for (const double height : {-3.0, 0.123, 6.0}) {
