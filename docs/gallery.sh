@@ -48,7 +48,7 @@ show "A bird that spins" x spin bird.stl
 show "An ellipsoid that leans and spins upright" x spin tilted_ellipsoid.stl
 show "A plumper ellipsoid that spins" x spin ellipsoid.stl
 show "A robin that spins" x spin robin.stl
-show "A heart as a yo-yo" y spin heart.stl --yoyo --up y
+show "A heart as a yo-yo" x spin heart.stl --yoyo --axle none --up y
 show "A wrestler with a core of tin" x spin sumo.stl --core-material tin
 show "A teapot that stands" y stand teapot.stl
 show "A couple that leans apart, its outside moved by up to 3 mm" y stand couple.stl --deform-limit 3
