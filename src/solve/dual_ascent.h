@@ -14,13 +14,10 @@ namespace rayrep::detail {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Newton's method on the concave dual of a linear objective over interiors (theory.md (30)): of one body, whose ten moments s
-// answer to a switching function q, or of several parts at once, whose q and s are stacked. A Problem has
-//
-//   Vector               of q and s
-//   Evaluation           s = the moments of the interior that q makes, its spread -ds/dq, its cost
-//   evaluate(q, blur), evaluations(), curvature(K, evaluation) = K spread K^T
-//   lowest(q)            min over interiors of q.s
-//   highest_cost(), J(), c_0(), lowest_multipliers()
+// answer to a switching function q, or of several parts at once, whose q and s are stacked. A Problem has a Vector (of q and s), an
+// Evaluation (s of the interior that q makes, its spread -ds/dq, its cost), evaluate(q, blur), evaluations(),
+// curvature(K, evaluation) = K spread K^T, lowest(q) = min over interiors of q.s, highest_cost(), J(), c_0() and
+// lowest_multipliers().
 
 /// How far to blur the derivative where rays are tangent to the quadric: as far as q is on the move.
 template <typename Vector>

@@ -72,8 +72,8 @@ struct SceneState {
   std::string name;
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< of the scene, in this state
   std::vector<PartPose> poses;                    ///< of each part
-  std::optional<Pose> rests = {};                      ///< how all of it together rests then; none: it need not
-  std::vector<HingeBalance> hinges = {};               ///< what shall stay where it is left
+  std::optional<Pose> rests = {};                 ///< how all of it together rests then; none: it need not
+  std::vector<HingeBalance> hinges = {};          ///< what shall stay where it is left
 };
 
 struct Transition {

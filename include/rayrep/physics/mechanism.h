@@ -53,9 +53,8 @@ PoseSpec spec_of(const Mechanism& mechanism, const MechanismState& state);
 /// " in the state 'open'", or nothing where there is only one.
 std::string state_words(const Mechanism& mechanism, const MechanismState& state);
 
-/// @throws Error{usage} for no parts, none that is printed, no states, a state with as many poses as there are not parts, a pose
-/// that is
-///         no rigid motion, or a state that neither stands, hangs nor floats
+/// @throws Error{usage} for no parts, none that is printed, no states, a state without a pose for each part or with one that is no
+///         rigid motion, or a state that neither stands, hangs nor floats
 void check(const Mechanism& mechanism);
 
 }  // namespace rayrep
