@@ -14,7 +14,7 @@ import {place, short, units} from './words.js';
 
 const kWay_ms = 4000;
 const kAlong = 9;         // ghosts along a way
-const kMostTested = 4e6;  // triangles that are drawn to choose a view
+const kMostTested = 3e6;  // triangles that are drawn to choose a view
 export const kPartColors = Array.from({length: 8}, (_, n) => `part-${n}`);
 
 const known = ({worst}) => worst !== null;  // where and how badly
@@ -224,7 +224,7 @@ export class ScenePage {
       return plus(placedBy(poseAt(motions[part], to), pivot_mm, point), placedBy(poseAt(motions[part], from), pivot_mm, point), -1);
     });
     const triangles = this.parts.reduce((sum, {shown}) => sum + shown, 0);
-    const count = Math.max(32, Math.min(256, Math.floor(kMostTested / Math.max(1, triangles))));
+    const count = Math.max(24, Math.min(256, Math.floor(kMostTested / Math.max(1, triangles))));
     const {up} = this.view.orbit.frame;
     return this.view.best(sightLines(ways, up, 1e-6 * this.view.reach, count), poses, box, [pair.first, pair.second]);
   }

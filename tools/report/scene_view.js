@@ -8,6 +8,7 @@ import {
 // clang-format on
 
 
+
 import {dot, length, plus, shaded} from './geometry.js';
 import {distanceFor, Orbit} from './orbit.js';
 import {placedBy} from './poses.js';
@@ -275,10 +276,12 @@ export class SceneView {
    */
   best(directions, poses, box, pair) {
     const {target, distance} = this.frame(box);
-    const score = directions.map(towards => {
+    const seen = hides => directions.map(towards => {
       this.aim(this.seenFrom(towards, target, distance), distance, 1);
-      return this.pixelsOf(box, poses, () => true) + 1e-3 * this.pixelsOf(box, poses, part => !pair.includes(part));
+      return this.pixelsOf(box, poses, hides);
     });
+    let score = seen(() => true);
+    if (!score.some(Boolean)) score = seen(part => !pair.includes(part));
     this.change();
     return {towards: directions[score.indexOf(Math.max(...score))], target, distance};
   }
