@@ -43,12 +43,6 @@ CollisionInterval interval_of(CollisionInterval::Kind kind, double from, double 
   return interval;
 }
 
-/// Moved by next to nothing, aslant: faces in one plane then cross or they do not.
-Isometry3d off_planes(Isometry3d pose, double size_mm) {
-  pose.translation() += 1e-9 * size_mm * Vector3d(0.37, 0.61, 0.71);
-  return pose;
-}
-
 /// Whether both go the same way, so that they are at rest to each other.
 bool move_as_one(const MovingBody& a, const MovingBody& b) {
   if (!same(a.motion->translation, b.motion->translation)) return false;
@@ -225,7 +219,7 @@ void PairTimeline::describe(CollisionInterval& interval) const {
   for (int n = 1; n <= moments; ++n) {
     const double angle = std::numbers::pi * n / (moments + 1);
     const double time = centre - half * std::cos(angle);
-    const Isometry3d pose = off_planes(pose_at(time), first_.body->diagonal_mm());
+    const Isometry3d pose = pose_at(time);
     double length = 0;
     for (const ContourPiece& piece : contour(*first_.body, *second_.body, pose)) length += piece.length_mm();
     interval.intersection_mm += half * std::numbers::pi / (moments + 1) * std::sin(angle) * length;
@@ -241,7 +235,7 @@ void PairTimeline::describe(CollisionInterval& interval) const {
   }
   if (moments == 1) interval.intersection_mm = 2 * half * longest;
   const Isometry3d scene = first_.at(interval.worst_time);
-  const Isometry3d pose = off_planes(pose_at(interval.worst_time), first_.body->diagonal_mm());
+  const Isometry3d pose = pose_at(interval.worst_time);
   interval.worst_box_mm.setEmpty();
   interval.contour_mm.clear();
   interval.contour_length_mm = longest;
