@@ -42,5 +42,6 @@
 #include "rayrep/make/cavity.h"           // solution -> mesh of the cavity
 #include "rayrep/report/motion_report.h"  // what was found out about a scene -> JSON, text
 #include "rayrep/report/page_data.h"      // what a page shows, without the page
+#include "rayrep/report/balance_report.h" // what came of balancing a thing of several parts -> JSON, text
 #include "rayrep/report/scene_page.h"     // what was found out about a scene -> a page
 // clang-format on
