@@ -584,10 +584,9 @@ Settings cut_rows(Cut& cut) {
            .details =
                "auto: as few planes as open every cavity (one for up to three), with little overhang in the pieces lying on their "
                "cuts, a short seam and room for pins. Planes that are given are directions with an offset in mm, ; between them. "
-               "All "
-               "are moved by up to 0.02 mm to pass no vertex. Where there is room both sides of a cut have up to three holes for "
-               "pins, the filament's own unless --pin-diameter says otherwise; they count, with the air around them. Writes 3MF: "
-               "pieces lie on the bed side by side, and verify sees them put together.",
+               "All are moved by up to 0.02 mm to pass no vertex. Where there is room both sides of a cut have up to three holes "
+               "for pins, the filament's own unless --pin-diameter says otherwise; they count, with the air around them. Writes "
+               "3MF: pieces lie on the bed side by side, and verify sees them put together.",
            .place = cut_place(cut),
            .applies = For::making},
           {.name = "pin-diameter",
@@ -1029,7 +1028,8 @@ Settings settings(SpinSpec& spec, For purpose) {
         .details =
             "rayreps: weights --lambda and --gamma-i. spinit: weights --gamma-c and --gamma-i. For a yo-yo only --gamma-i counts.",
         .place = choice("objective", spec.objective, kSpinObjectives),
-        .applies = For::making},
+        .applies = For::making,
+        .rare = true},
        {.name = "lambda",
         .value = "W",
         .words = "rayreps: weight of the centre of mass's height",
