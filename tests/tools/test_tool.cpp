@@ -82,8 +82,7 @@ TEST_F(Tool, WritesPlugsThatCloseTheHoles) {
   for (const std::string name : {"a.stl", "a.3mf"}) {
     const Run made = run("float egg.stl --resin --resolution 40 -v --no-advice --report r.json -o " + name);
     ASSERT_EQ(made.code, 0) << made.err;
-    EXPECT_TRUE(mentions(made.out, {"2 holes of 4.00 mm", "stay in its cavities", "g of resin", "glue in the"}))
-        << made.out;
+    EXPECT_TRUE(mentions(made.out, {"2 holes of 4.00 mm", "stay in its cavities", "g of resin", "glue in the"})) << made.out;
     EXPECT_EQ(fs::exists(folder_ / "a_plugs.stl"), true);
     const nlohmann::json report = nlohmann::json::parse(text_of(folder_ / "r.json"));
     EXPECT_EQ(report["plugs"]["pieces"], 2);
