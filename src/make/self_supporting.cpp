@@ -1,6 +1,7 @@
 #include "make/self_supporting.h"
 
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <optional>
 
@@ -83,7 +84,8 @@ Slimmed slimmed(const Wanted& wanted, const Planned& all, const HollowOptions& o
   Slimmed result{all, options, 0};
   for (int round = 0; round < kMostRounds; ++round) {
     progress.begin("domain");
-    const Body& body = *result.planned.plan.body;
+    const std::shared_ptr<const Body> before = result.planned.plan.body;  // which the next plan lets go of
+    const Body& body = *before;
     const PrintFrame frame(body, wanted.direction);
     const Moments q = frame.quadric(result.planned.solved.q);
     const bool cut_is_no_roof = carries_itself(q, wanted.angle_rad, body.size_mm);
