@@ -1,6 +1,7 @@
 #include "rayrep/mesh/surface_query.h"
 
 #include <embree3/rtcore.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cassert>
@@ -130,8 +131,12 @@ bool closest_callback(RTCPointQueryFunctionArguments* args) {
 }
 
 struct Device {
-  RTCDevice handle = rtcNewDevice(nullptr);
+  RTCDevice handle = nullptr;
   Device() {
+    // oneTBB hands the floating-point mode that it is first used in on to all loops that this thread starts, and Embree uses it in
+    // one that takes denormal numbers for 0: it must not be the first.
+    tbb::parallel_for(0, 2, [](int) {});
+    handle = rtcNewDevice(nullptr);
     if (handle) return;
     const RTCError error = rtcGetDeviceError(nullptr);  // which forgets it
     if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();

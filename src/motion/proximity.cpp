@@ -293,7 +293,7 @@ std::vector<ContourPiece> contour(const SolidBody& first, const SolidBody& secon
   const PairDescent descent(first, second, pose);
   std::vector<ContourPiece> pieces;
   // Boxes that touch count.
-  descent.visit([&] { return pieces.size() < most ? std::numeric_limits<double>::denorm_min() : 0; },
+  descent.visit([&] { return pieces.size() < most ? std::numeric_limits<double>::min() : 0; },
                 [&](int s, int t) {
                   auto piece = crossing(corners_of(first.mesh(), s), descent.moved(t));
                   if (!piece) return;

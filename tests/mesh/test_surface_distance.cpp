@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
+#include <tbb/parallel_for.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <thread>
+#include <vector>
 
 #include "mesh/surface_distance.h"
 #include "solids.h"
@@ -85,6 +88,17 @@ TEST(LargestDistance, OfNothingAndFromNothing) {
   EXPECT_EQ(largest(Mesh(), cube), 0);
   EXPECT_EQ(largest(cube, Mesh()), kInfinity);
   EXPECT_EQ(largest_distance(cube, SurfaceQuery(cube), 0.25, {}, {}), 0.25);
+}
+
+/// Loops of a thread that begins with one must count with denormal numbers, as those of any other thread do.
+TEST(SurfaceQueries, LeaveTheArithmeticOfLoopsAsItIs) {
+  std::vector<double> halves(64, 0.0);
+  std::thread([&] {
+    const SurfaceQuery surface(test::icosphere(1, 3));
+    volatile double least = std::numeric_limits<double>::min();
+    tbb::parallel_for(std::size_t{0}, halves.size(), [&](std::size_t n) { halves[n] = least / 2; });
+  }).join();
+  for (const double half : halves) EXPECT_GT(half, 0);
 }
 
 }  // namespace
