@@ -22,6 +22,7 @@
 #include "mesh/crossing.h"
 #include "mesh/mesh_edges.h"
 #include "mesh/mesh_union.h"
+#include "mesh/part.h"
 #include "mesh/shells.h"
 #include "mesh/surface_gap.h"
 #include "rayrep/base/error.h"
@@ -55,25 +56,6 @@ struct Shells {
   std::vector<int> of_triangle;  // -1: known
   std::vector<Shell> shells;
 };
-
-// Some triangles of a mesh, with the vertices that they use, in the order of those.
-Mesh part(const Mesh& mesh, const std::vector<int>& triangles) {
-  std::vector<int> number(mesh.vertices.size(), -1);
-  for (const int t : triangles)
-    for (const int v : mesh.triangles[t]) number[v] = 0;
-  Mesh result;
-  for (std::size_t v = 0; v < number.size(); ++v)
-    if (number[v] == 0) {
-      number[v] = static_cast<int>(result.vertices.size());
-      result.vertices.push_back(mesh.vertices[v]);
-    }
-  result.triangles.reserve(triangles.size());
-  for (const int t : triangles) {
-    const Eigen::Vector3i& v = mesh.triangles[t];
-    result.triangles.emplace_back(number[v[0]], number[v[1]], number[v[2]]);
-  }
-  return result;
-}
 
 Shells find_shells(const Mesh& mesh, const std::vector<bool>& known, const Progress& progress) {
   std::vector<int> rest;

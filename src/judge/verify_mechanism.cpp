@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <string>
 
 #include "judge/verify_detail.h"
 
@@ -45,13 +44,6 @@ void judge_hinge(const HingeBalance& hinge, const MechanismState& state, const s
                                      beside / box.diagonal().norm(), limits.offset_over_diagonal));
 }
 
-/// A pose's sentences speak of pose 1, as of a list of one.
-void name_state(const MechanismState& state, Verdict& verdict) {
-  const std::string listed = "Pose 1, ";
-  for (std::string& sentence : verdict.meaning)
-    if (sentence.starts_with(listed)) sentence = "In the state '" + state.name + "', " + sentence.substr(listed.size());
-}
-
 }  // namespace
 
 bool MechanismVerdict::pass() const {
@@ -88,7 +80,9 @@ MechanismVerdict verify(const Mechanism& mechanism, const std::vector<const Mesh
     const PoseSpec spec = spec_of(mechanism, state);
     verdict.states.push_back(
         judge_print(in_hull(merged_mesh(all), s / (1e-3 * spec.print.density_g_cm3), progress), spec, limits, progress));
-    name_state(state, verdict.states.back());
+    if (delivered.size() > 1)
+      verdict.states.back().notes.push_back(
+          "Assumed: the parts hold together in a state, by a hinge that keeps its angle, or a lock.");
     for (const HingeBalance& hinge : state.hinges) judge_hinge(hinge, state, delivered, limits, verdict.states.back());
   }
   return verdict;

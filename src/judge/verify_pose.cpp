@@ -223,7 +223,9 @@ void conclude(PoseVerdict& verdict, const PrintInHull& print, const Limits& limi
       c.description = place + ": " + c.description;
       verdict.criteria.push_back(std::move(c));
     }
-    const std::string pose = "Pose " + place + ", " + words_of(verdict.spec.poses[n], verdict.spec.up) + ": ";
+    const Pose& posed = verdict.spec.poses[n];
+    const std::string title = posed.state.empty() ? "Pose " + place : "In the state '" + posed.state + "'";
+    const std::string pose = title + ", " + words_of(posed, verdict.spec.up) + ": ";
     std::string meaning;
     for (const std::string& sentence : judged.poses[n].meaning) meaning += meaning.empty() ? continued(sentence) : " " + sentence;
     verdict.meaning.push_back(pose + meaning);

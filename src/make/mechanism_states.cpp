@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "base/text.h"
+#include "make/comes_back.h"
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/bodies.h"
 #include "rayrep/mesh/mesh_check.h"
@@ -227,20 +228,9 @@ double MechanismStates::metacentric_height(std::size_t state, const std::vector<
 }
 
 bool MechanismStates::comes_back(std::size_t state, const std::vector<Moments>& s) const {
-  constexpr double tilt = 10 * std::numbers::pi / 180;
-  constexpr double rest = 0.5 * std::numbers::pi / 180;
-  constexpr int directions = 4;
+  constexpr double degree = std::numbers::pi / 180;
   const Eigen::Vector4d m = together(state, s);
-  FloatingRestOptions options;
-  options.fluid_g_cm3 = mechanism_.fluid_g_cm3;
-  options.tolerance_rad = 1e-4;
-  for (int n = 0; n < directions; ++n) {
-    const double azimuth = (n + 0.5) * 2 * std::numbers::pi / directions;
-    const Eigen::Vector3d up(std::sin(tilt) * std::cos(azimuth), std::sin(tilt) * std::sin(azimuth), std::cos(tilt));
-    const FloatingRest found = floating_rest(*placed_[state].hull, m[0], m.tail<3>() / m[0], up, options);
-    if (!found.rests() || found.took_water || std::acos(std::clamp(found.up.z(), -1.0, 1.0)) > rest) return false;
-  }
-  return true;
+  return detail::comes_back({*placed_[state].hull, mechanism_.fluid_g_cm3, m[0], m.tail<3>() / m[0]}, 4, 0.5 * degree);
 }
 
 }  // namespace rayrep::detail

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "make/comes_back.h"
 #include "rayrep/rays/ray_interior.h"
 #include "rayrep/solve/goals.h"
 
@@ -166,22 +167,10 @@ WaterlineState submerged(const FloatProblem& problem) {
 
 namespace {
 
-/// Whether a body of the state's centre of mass and `factor` times its mass comes back to within `rest_rad` of upright, dry, when
-/// it is let go tilted by 10 degrees in so many directions.
-bool comes_back(const FloatProblem& problem, const WaterlineState& state, double factor, int directions, double rest_rad) {
-  constexpr double tilt = 10 * std::numbers::pi / 180;
-  const Eigen::Vector3d centre = state.lowest.moments.segment<3>(MX) / state.lowest.moments[M1];
-  FloatingRestOptions options;
-  options.fluid_g_cm3 = problem.fluid_g_cm3;
-  options.tolerance_rad = 1e-4;
-  for (int n = 0; n < directions; ++n) {
-    const double azimuth = (n + 0.5) * 2 * std::numbers::pi / directions;
-    const Eigen::Vector3d up(std::sin(tilt) * std::cos(azimuth), std::sin(tilt) * std::sin(azimuth), std::cos(tilt));
-    const double mass_g = factor * grams(state.lowest.moments[M1], problem.density_g_cm3);
-    const FloatingRest rest = floating_rest(problem.hull, mass_g, centre, up, options);
-    if (!rest.rests() || rest.took_water || std::acos(std::clamp(rest.up.z(), -1.0, 1.0)) > rest_rad) return false;
-  }
-  return true;
+/// Of a body of the state's centre of mass and `factor` times its mass.
+detail::LetGo let_go(const FloatProblem& problem, const WaterlineState& state, double factor) {
+  const Moments& s = state.lowest.moments;
+  return {problem.hull, problem.fluid_g_cm3, factor * grams(s[M1], problem.density_g_cm3), s.segment<3>(MX) / s[M1]};
 }
 
 }  // namespace
@@ -189,7 +178,8 @@ bool comes_back(const FloatProblem& problem, const WaterlineState& state, double
 bool comes_back(const FloatProblem& problem, const WaterlineState& state) {
   constexpr double degree = std::numbers::pi / 180;
   return state.attainable && state.metacentric_height_mm >= kSmallestHeight * problem.diagonal_mm &&
-         comes_back(problem, state, 1, 4, 0.5 * degree) && comes_back(problem, state, 1.01, 3, 0.9 * degree);
+         detail::comes_back(let_go(problem, state, 1), 4, 0.5 * degree) &&
+         detail::comes_back(let_go(problem, state, 1.01), 3, 0.9 * degree);
 }
 
 std::optional<double> best_waterline(const FloatProblem& problem, double reserve, const Progress& progress) {

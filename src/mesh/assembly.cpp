@@ -6,8 +6,10 @@
 #include <unordered_map>
 #include <vector>
 
+#include "mesh/cut_corners.h"
 #include "mesh/holes.h"
 #include "mesh/mesh_edges.h"
+#include "mesh/part.h"
 #include "mesh/rims.h"
 
 namespace rayrep {
@@ -27,34 +29,15 @@ Facing facing(const Eigen::Vector3i& t, std::size_t triangle) {
   return {corners, t[(first + 1) % 3] == corners[1], triangle};
 }
 
-/// The chosen triangles, with the vertices that they use in the order of those.
-Mesh chosen_triangles(const Mesh& mesh, const std::vector<char>& chosen) {
-  std::vector<int> number(mesh.vertices.size(), -1);
-  for (std::size_t t = 0; t < chosen.size(); ++t)
-    if (chosen[t])
-      for (const int v : mesh.triangles[t]) number[v] = 0;
-  Mesh result;
-  for (std::size_t v = 0; v < number.size(); ++v)
-    if (number[v] == 0) {
-      number[v] = static_cast<int>(result.vertices.size());
-      result.vertices.push_back(mesh.vertices[v]);
-    }
-  for (std::size_t t = 0; t < chosen.size(); ++t) {
-    const Eigen::Vector3i& v = mesh.triangles[t];
-    if (chosen[t]) result.triangles.emplace_back(number[v[0]], number[v[1]], number[v[2]]);
-  }
-  return result;
-}
-
 /// Vertices merged, without triangles that have shrunk to a line by it: a cut through triangles of no area leaves such.
 Mesh tidied(const Mesh& mesh) {
   const Mesh merged = with_merged_vertices(mesh);
-  std::vector<char> kept(merged.triangles.size(), 1);
-  for (std::size_t t = 0; t < kept.size(); ++t) {
+  std::vector<int> kept;
+  for (std::size_t t = 0; t < merged.triangles.size(); ++t) {
     const Eigen::Vector3i& v = merged.triangles[t];
-    kept[t] = v[0] != v[1] && v[1] != v[2] && v[2] != v[0];
+    if (v[0] != v[1] && v[1] != v[2] && v[2] != v[0]) kept.push_back(static_cast<int>(t));
   }
-  return chosen_triangles(merged, kept);
+  return part(merged, kept);
 }
 
 /// Cuts the triangles of a mesh at a plane, edge by edge. What lies in the plane counts as above it.
@@ -89,26 +72,18 @@ private:
   };
 
   void add(const Eigen::Vector3i& triangle, Side& side, bool above) {
-    std::array<int, 4> corners{};
-    int count = 0;
-    const auto push = [&](int v) {
-      if (count == 0 || (corners[count - 1] != v && corners[0] != v)) corners[count++] = v;
-    };
-    for (int k = 0; k < 3; ++k) {
-      const int a = triangle[k];
-      const int b = triangle[(k + 1) % 3];
-      if ((height_[a] >= 0) == above) push(vertex(a, side));
-      if ((height_[a] >= 0) != (height_[b] >= 0)) push(crossing(a, b, side));
-    }
-    if (count < 3) return;
+    CutCorners corners = cut_corners(
+        triangle, height_, above, [&](int v) { return vertex(v, side); }, [&](int a, int b) { return crossing(a, b, side); });
+    if (corners.count < 3) return;
     // Of four corners the diagonal is that from the least one, whichever way they run.
     const auto least = [&side](int v, int w) {
       const Eigen::Vector3d& p = side.mesh.vertices[v];
       const Eigen::Vector3d& q = side.mesh.vertices[w];
       return std::lexicographical_compare(p.begin(), p.end(), q.begin(), q.end());
     };
-    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.begin() + count, least), corners.begin() + count);
-    for (int k = 2; k < count; ++k) side.mesh.triangles.emplace_back(corners[0], corners[k - 1], corners[k]);
+    const auto begin = corners.v.begin();
+    std::rotate(begin, std::min_element(begin, begin + corners.count, least), begin + corners.count);
+    for (int k = 2; k < corners.count; ++k) side.mesh.triangles.emplace_back(corners.v[0], corners.v[k - 1], corners.v[k]);
   }
 
   int vertex(int v, Side& side) const {
@@ -175,17 +150,19 @@ Mesh glued(const Mesh& mesh) {
   std::sort(all.begin(), all.end(), [](const Facing& a, const Facing& b) {
     return std::tie(a.corners, a.ascending, a.triangle) < std::tie(b.corners, b.ascending, b.triangle);
   });
-  std::vector<char> kept(merged.triangles.size(), 1);
+  std::vector<int> kept;
   for (auto begin = all.begin(); begin != all.end();) {
     auto turn = begin;
     while (turn != all.end() && turn->corners == begin->corners && !turn->ascending) ++turn;
     auto end = turn;
     while (end != all.end() && end->corners == begin->corners) ++end;
     const auto pairs = std::min(turn - begin, end - turn);
-    for (auto k = 0; k < pairs; ++k) kept[(begin + k)->triangle] = kept[(turn + k)->triangle] = 0;
+    for (auto one = begin + pairs; one != turn; ++one) kept.push_back(static_cast<int>(one->triangle));
+    for (auto one = turn + pairs; one != end; ++one) kept.push_back(static_cast<int>(one->triangle));
     begin = end;
   }
-  return chosen_triangles(merged, kept);
+  std::sort(kept.begin(), kept.end());
+  return part(merged, kept);
 }
 
 Halves halves(const Mesh& mesh, const ClipPlane& plane, const Progress& progress) { return Splitter(mesh, plane).run(progress); }

@@ -1,13 +1,13 @@
 #include "rayrep/mesh/clip.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 #include <unordered_map>
 #include <vector>
 
 #include "base/text.h"
+#include "mesh/cut_corners.h"
 #include "mesh/holes.h"
 #include "mesh/mesh_edges.h"
 #include "mesh/quadric_cap.h"
@@ -32,21 +32,11 @@ public:
   }
 
 private:
-  /// What of a triangle is above: up to four corners. Corners that fall together, as at a vertex in the plane, count once.
   void add(const Eigen::Vector3i& triangle) {
     if (height_[triangle[0]] == 0 && height_[triangle[1]] == 0 && height_[triangle[2]] == 0) return;
-    std::array<int, 4> corners{};
-    int count = 0;
-    const auto push = [&](int v) {
-      if (count == 0 || (corners[count - 1] != v && corners[0] != v)) corners[count++] = v;
-    };
-    for (int k = 0; k < 3; ++k) {
-      const int a = triangle[k];
-      const int b = triangle[(k + 1) % 3];
-      if (height_[a] >= 0) push(kept(a));
-      if ((height_[a] >= 0) != (height_[b] >= 0)) push(crossing(a, b));
-    }
-    for (int k = 2; k < count; ++k) result_.triangles.emplace_back(corners[0], corners[k - 1], corners[k]);
+    const CutCorners corners = cut_corners(
+        triangle, height_, true, [&](int v) { return kept(v); }, [&](int a, int b) { return crossing(a, b); });
+    for (int k = 2; k < corners.count; ++k) result_.triangles.emplace_back(corners.v[0], corners.v[k - 1], corners.v[k]);
   }
 
   int kept(int v) {

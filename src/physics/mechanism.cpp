@@ -20,6 +20,7 @@ bool is_rigid(const Eigen::Affine3d& pose) {
 PoseSpec spec_of(const Mechanism& mechanism, const MechanismState& state) {
   PoseSpec spec;
   spec.poses = {state.rests};
+  spec.poses.front().state = state.name;
   spec.up = state.rests.up_or(spec.up);
   spec.fluid_g_cm3 = mechanism.fluid_g_cm3;
   spec.contact_tolerance_mm = mechanism.contact_tolerance_mm;

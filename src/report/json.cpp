@@ -323,7 +323,8 @@ std::string to_json(const BalanceReport& report) {
                               {"pass", verdict.pass()},
                               {"after", figures},
                               {"criteria", criteria_json(verdict)},
-                              {"meaning", verdict.meaning}});
+                              {"meaning", verdict.meaning},
+                              {"notes", verdict.notes}});
   }
   if (report.made) {
     json["passes"] = report.made->passes;

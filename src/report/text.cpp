@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <set>
 
 #include "rayrep/report/balance_report.h"
 #include "rayrep/report/report.h"
@@ -297,6 +298,10 @@ std::string to_text(const BalanceReport& report) {
   text += format("  %-16s %10.2f g\n", "together", report.verdict.mass_g);
   for (const PoseVerdict& verdict : report.verdict.states)
     for (const std::string& sentence : verdict.meaning) text += "\n" + wrapped(sentence);
+  std::set<std::string> told;
+  for (const PoseVerdict& verdict : report.verdict.states)
+    for (const std::string& note : verdict.notes)
+      if (told.insert(note).second) text += "\n" + wrapped("note: " + note);
   if (report.made && !report.made->proof.empty()) {
     text += "\n";
     for (const std::string& sentence : report.made->proof) text += sentence + "\n";

@@ -155,6 +155,7 @@ struct Pose {
   Eigen::Vector3d point_mm = {0, 0, 0};     ///< of one that hangs
   std::optional<double> waterline_mm = {};  ///< of one that floats, as in FloatSpec; none: a maker chooses it
   SpinAxis axis = {};                       ///< of one that spins, as in SpinSpec, but not searched
+  std::string state = {};                   ///< it is that state of a thing of several parts; empty: it is spoken of by its number
   Eigen::Vector3d up_or(const Eigen::Vector3d& usual) const { return up.value_or(usual); }
 };
 
