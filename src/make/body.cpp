@@ -53,12 +53,6 @@ Mesh with_posts(const Mesh& working, const Eigen::Affine3d& to_working, const Di
   return mesh;
 }
 
-int triangles_of(const std::vector<Mesh>& meshes) {
-  std::size_t count = 0;
-  for (const Mesh& mesh : meshes) count += mesh.triangles.size();
-  return static_cast<int>(count);
-}
-
 /// Built, or kept from before.
 std::shared_ptr<Body> body_in(const Eigen::Affine3d& frame, Mesh mesh, const Discretisation& options, const Progress& progress) {
   if (options.kept) return options.kept->body(frame, mesh, options, progress);
@@ -113,7 +107,7 @@ Body::Body(Mesh mesh, const Eigen::Affine3d& frame, const Discretisation& option
       hull(outer_hull(working)),
       query(std::make_shared<const SurfaceQuery>(with_posts(working, to_working, options))),
       phases_(options.phases),
-      kept_from_(static_cast<int>(surface.mesh().triangles.size()) - triangles_of(options.keep_solid)) {
+      kept_from_(static_cast<int>(surface.mesh().triangles.size() - triangles_of(options.keep_solid))) {
   const bool has_sealed_cavities = hull.triangles.size() < working.triangles.size();
   hull = boundary_of_union(hull, progress);
   if (options.require) options.require(hull);

@@ -12,12 +12,6 @@ namespace {
 constexpr double kApart_mm = 5;  // on the bed
 constexpr int kMostFinds = 3;
 
-std::size_t triangles_of(const std::vector<Mesh>& meshes) {
-  std::size_t count = 0;
-  for (const Mesh& mesh : meshes) count += mesh.triangles.size();
-  return count;
-}
-
 }  // namespace
 
 DrainedMaker::DrainedMaker(std::unique_ptr<Maker> cavities, const Body& body, const Spec& spec, const HollowOptions& options,

@@ -35,6 +35,12 @@ std::vector<Mesh> rooms_of(const std::vector<FixedBody>& fixed) {
   return rooms;
 }
 
+std::size_t triangles_of(const std::vector<Mesh>& meshes) {
+  std::size_t count = 0;
+  for (const Mesh& mesh : meshes) count += mesh.triangles.size();
+  return count;
+}
+
 Mesh posts_below(const std::vector<Mesh>& rooms, const Mesh& mesh, double wall_mm) {
   Mesh posts;
   if (rooms.empty()) return posts;

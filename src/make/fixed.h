@@ -13,6 +13,8 @@ Mesh with_rooms(Mesh solid, const std::vector<FixedBody>& fixed);
 /// Their surfaces, facing outward.
 std::vector<Mesh> rooms_of(const std::vector<FixedBody>& fixed);
 
+std::size_t triangles_of(const std::vector<Mesh>& meshes);
+
 /// Thin rods from the lowest point of each room down to where the mesh ends below it: what keeps the wall from them leaves a post
 /// that holds the room. @param rooms  in the frame of the mesh, z up
 Mesh posts_below(const std::vector<Mesh>& rooms, const Mesh& mesh, double wall_mm);
