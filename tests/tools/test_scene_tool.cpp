@@ -141,6 +141,13 @@ TEST_F(SceneTool, BalanceLeavesNothingBehindWhereItCannotBeDone) {
   EXPECT_EQ(falls.code, 4);
   EXPECT_TRUE(mentions(falls.err, {"cannot rest", "'far'"}));
   EXPECT_FALSE(fs::exists(folder() / "falls_balanced"));
+  // In one place twice they would weigh twice.
+  std::ofstream(folder() / "sunk.json") << R"({"parts": {"cube": {"mesh": "cube.stl"}, "table": {"mesh": "table.stl"}},
+    "states": {"in": {"poses": {"cube": {"at": [0, 0, -3]}}, "rests": "stands"}}})";
+  const Run sunk = run("balance sunk.json");
+  EXPECT_EQ(sunk.code, 3);
+  EXPECT_TRUE(mentions(sunk.err, {"cube and table overlap"}));
+  EXPECT_FALSE(fs::exists(folder() / "sunk_balanced"));
 }
 
 TEST_F(SceneTool, HintsAndResolves) {

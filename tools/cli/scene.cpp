@@ -228,6 +228,8 @@ void balance_and_write(const Options& options, const Scene& scene, BalanceReport
 
 void run_balance(const Options& options, Stages& stages, const Progress& progress) {
   const Scene scene = usable_scene(options, progress);
+  // What is in one place twice would count twice.
+  require_scene({scene, misplaced(scene, progress), {}}, options.input.string());
   BalanceReport report{options.input.string(), mechanism_of(scene), {}, {}, {}};
   if (options.scene.as_is) {
     progress.begin("verify");
