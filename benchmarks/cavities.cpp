@@ -28,15 +28,21 @@ double distance_to_curve(const Vector3d& p, const SurfaceQuery& surface, double 
   return std::sqrt(std::max(0.0, (g * g + d * d - 2 * cosine * g * d) / (1 - cosine * cosine)));
 }
 
+/// Whether a triangle's corners are nearer to f = 0 than to d = wall, taken together: those on a crease are near both.
+bool is_cap(const Eigen::Vector3i& t, const Mesh& cavity, const std::vector<double>& off_wall_mm, const Quadric& f) {
+  double sum_mm = 0;
+  for (const int v : t) sum_mm += std::abs(f.distance(cavity.vertices[v])) - off_wall_mm[v];
+  return sum_mm < 0;
+}
+
 /// Of the corners at which triangles on f = 0 meet others, ascending.
 std::vector<double> crease_distances(const Mesh& cavity, const SurfaceQuery& surface, double wall_mm, const Quadric& f) {
-  const double near_mm = 1e-3 * wall_mm;
+  std::vector<double> off_wall_mm;
+  for (const Vector3d& p : cavity.vertices) off_wall_mm.push_back(std::abs(surface.closest(p, 1e3).distance_mm - wall_mm));
   std::vector<char> of_cap(cavity.vertices.size(), 0);
   std::vector<char> of_wall(cavity.vertices.size(), 0);
-  for (const Eigen::Vector3i& t : cavity.triangles) {
-    const bool is_cap = std::all_of(t.begin(), t.end(), [&](int v) { return std::abs(f.distance(cavity.vertices[v])) < near_mm; });
-    for (const int v : t) (is_cap ? of_cap : of_wall)[v] = 1;
-  }
+  for (const Eigen::Vector3i& t : cavity.triangles)
+    for (const int v : t) (is_cap(t, cavity, off_wall_mm, f) ? of_cap : of_wall)[v] = 1;
   std::vector<double> distances;
   for (std::size_t v = 0; v < of_cap.size(); ++v)
     if (of_cap[v] && of_wall[v]) distances.push_back(distance_to_curve(cavity.vertices[v], surface, wall_mm, f));
@@ -63,7 +69,8 @@ void measure(const Mesh& solid, const Spec& spec, Record& r) {
   r.more["passes"] = result.passes;
   r.more["as built"] = result.as_built_error;
   r.more["wall"] = smallest_gap(cavity, surface) / wall_mm;
-  r.more["crossing"] = static_cast<double>(crossing_triangles(result.delivery.parts.front().mesh).size());
+  r.more["crossing"] = static_cast<double>(crossing_triangles(result.delivery.parts.front().mesh).size()) -
+                       static_cast<double>(crossing_triangles(solid).size());
   const Quadric f{quadric_hessian(result.q), result.q.segment<3>(MX), result.q[M1]};
   const std::vector<double> distances = crease_distances(cavity, surface, wall_mm, f);
   if (distances.empty()) return;
