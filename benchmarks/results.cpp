@@ -426,17 +426,17 @@ private:
     out_.line("## Light and crisp cavities");
     out_.line("");
     out_.line(
-        "Triangles of the outside, of the cavity, over those of the outside, and at N = 200 over N = 100. Distances of the corners "
-        "of "
-        "creases");
+        "Seconds of the whole run in memory. Triangles of the outside, of the cavity, over those of the outside, and at N = 200 "
+        "over N = 100.");
     out_.line(
-        "from the exact curve at which the offset surface meets q.phi = 0, in mm; smallest wall over the one that is set, at any "
-        "point "
-        "of any");
+        "Distances of the corners of creases from the exact curve at which the offset surface meets q.phi = 0, in mm; smallest "
+        "wall over");
     out_.line(
-        "triangle; triangles that cross others, the outside's among themselves too. Meshes that are not closed are left out.");
-    out_.header({"shape", "goal", "N", "outside", "cavity", "ratio", "growth", "passes", "as built", "crease rms", "p99", "max",
-                 "wall", "crossing"});
+        "the one that is set, at any point of any triangle; triangles that cross others, but for those of the outside alone. "
+        "Meshes that");
+    out_.line("are not closed are left out.");
+    out_.header({"shape", "goal", "N", "seconds", "outside", "cavity", "ratio", "growth", "passes", "as built", "crease rms", "p99",
+                 "max", "wall", "crossing"});
     for (const Record* r : records) {
       const Record* coarse = r->resolution == 200 ? store_.one("cavities", r->mesh, r->goal, 100, r->solver) : nullptr;
       if (!r->converged()) {
@@ -444,9 +444,10 @@ private:
         continue;
       }
       const double cavity = r->extra("cavity");
-      out_.row({r->mesh, r->goal, std::to_string(r->resolution), whole(r->extra("outside")), whole(cavity),
-                significant(cavity / r->extra("outside"), 2), coarse ? significant(cavity / coarse->extra("cavity"), 3) : "",
-                whole(r->extra("passes")), significant(r->extra("as built"), 2), significant(r->extra("crease rms"), 2),
+      out_.row({r->mesh, r->goal, std::to_string(r->resolution), significant(r->seconds.median, 3), whole(r->extra("outside")),
+                whole(cavity), significant(cavity / r->extra("outside"), 2),
+                coarse ? significant(cavity / coarse->extra("cavity"), 3) : "", whole(r->extra("passes")),
+                significant(r->extra("as built"), 2), significant(r->extra("crease rms"), 2),
                 significant(r->extra("crease p99"), 2), significant(r->extra("crease max"), 2), significant(r->extra("wall"), 3),
                 whole(r->extra("crossing"))});
     }
