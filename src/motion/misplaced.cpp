@@ -31,10 +31,10 @@ SceneProblem overlap_problem(const Scene& scene, const PairMotion& pair, const C
   const std::string& state = scene.states[pair.transition].name;
   problem.where = "states, " + state;
   problem.place_mm = interval.worst_box_mm.center();
-  const bool near = interval.distance_mm > 0 && interval.depth_mm == 0;
   problem.message = problem.where + ": " + problem.part + " and " + problem.other +
-                    (near ? " are only " + number(interval.distance_mm, 3) + " mm apart, not " + shown(pair.clearance_mm) + " mm,"
-                          : " overlap, " + number(interval.depth_mm, 3) + " mm deep or more,") +
+                    (interval.only_near(pair.clearance_mm)
+                         ? " are only " + number(interval.distance_mm, 3) + " mm apart, not " + shown(pair.clearance_mm) + " mm,"
+                         : " overlap, " + number(interval.depth_mm, 3) + " mm deep or more,") +
                     " around " + shown_to_thousandths(*problem.place_mm) + ".";
   return problem;
 }

@@ -15,8 +15,7 @@ std::string words_of(const CollisionInterval& interval, double clearance_mm) {
   if (interval.kind == Kind::contact)
     return (interval.to - interval.from < 1e-3 ? "touch at " + number(interval.from, 4) : "touch from " + when) + where;
   const std::string worst = "; worst at " + number(interval.worst_time, 3) + ": ";
-  const bool only_near = clearance_mm > 0 && interval.depth_mm < 1e-3 * clearance_mm;
-  if (only_near)
+  if (interval.only_near(clearance_mm))
     return "nearer than " + shown(clearance_mm) + " mm from " + when + worst + number(interval.distance_mm, 3) + " mm apart" +
            where;
   std::string text = "overlap from " + when + worst + number(interval.depth_mm, 2) + " mm deep or more";

@@ -42,7 +42,7 @@ struct Told {
 
 std::string sentence(const Scene& scene, const Told& told) {
   const CollisionInterval& one = *told.interval;
-  const bool near = one.depth_mm == 0 && one.distance_mm > 0;
+  const bool near = one.only_near(told.pair->clearance_mm);
   std::string text =
       concat(names_of(scene, *told.pair), near ? " come too near to each other" : " overlap", " from ", percent(one.from), " to ",
              percent(one.to), " of '", scene.transitions[told.pair->transition].name, "'");

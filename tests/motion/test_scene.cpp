@@ -206,5 +206,19 @@ TEST_F(SceneFiles, TellBodiesThatAreWhereTheyCannotBe) {
   EXPECT_TRUE(mentions(found[1].message, {"on to far", "cube leaves the room"}));
 }
 
+TEST_F(SceneFiles, CallWhatTouchesTooNearToAClearanceAndNoOverlap) {
+  const SceneFile file = read(R"({"parts": {"one": {"mesh": "cube.stl"}, "other": {"mesh": "cube.stl"}}, "clearance": 0.1,
+    "states": {"flush": {"poses": {"other": {"at": [10, 0, 0]}}}, "turned": {"poses": {"other": {"axis": "z", "deg": 180, "at": [10, 0, 0]}}},
+               "near": {"poses": {"other": {"at": [10.05, 0, 0]}}}, "sunk": {"poses": {"other": {"at": [9.5, 0, 0]}}}}})");
+  ASSERT_TRUE(file.problems.empty()) << file.problems[0].message;
+  const std::vector<SceneProblem> found = misplaced(file.scene);
+  ASSERT_EQ(found.size(), 4u);
+  for (const auto& [n, words] : {std::pair(0, "flush: one and other are only 0.000 mm apart, not 0.1 mm"),
+                                 {1, "turned: one and other are only 0.000 mm apart, not 0.1 mm"},
+                                 {2, "near: one and other are only 0.050 mm apart, not 0.1 mm"},
+                                 {3, "sunk: one and other overlap, 0.500 mm deep"}})
+    EXPECT_TRUE(mentions(found[n].message, {words})) << found[n].message;
+}
+
 }  // namespace
 }  // namespace rayrep::test

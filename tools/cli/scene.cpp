@@ -1,6 +1,7 @@
 #include "scene.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <filesystem>
 #include <iostream>
@@ -42,14 +43,24 @@ MotionCheckOptions check_options(const Options& options) {
   return how;
 }
 
-/// "bench and table (fold), lid and box (open)"
+bool only_near(const PairMotion& pair) {
+  return std::all_of(pair.intervals.begin(), pair.intervals.end(), [&pair](const CollisionInterval& one) {
+    return one.kind != CollisionInterval::Kind::overlap || one.only_near(pair.clearance_mm);
+  });
+}
+
+/// "parts get into each other: bench and table (fold); parts come nearer than they may: lid and box (open)"
 std::string colliding(const Scene& scene, const MotionReport& report) {
-  std::string names;
-  for (const PairMotion& pair : report.pairs)
-    if (pair.overlaps())
-      names += (names.empty() ? "" : ", ") + scene.parts[pair.first].name + " and " + scene.parts[pair.second].name + " (" +
-               scene.transitions[pair.transition].name + ")";
-  return names;
+  std::array<std::string, 2> names;
+  for (const PairMotion& pair : report.pairs) {
+    if (!pair.overlaps()) continue;
+    std::string& list = names[only_near(pair) ? 1 : 0];
+    list += (list.empty() ? "" : ", ") + scene.parts[pair.first].name + " and " + scene.parts[pair.second].name + " (" +
+            scene.transitions[pair.transition].name + ")";
+  }
+  const std::string into = names[0].empty() ? "" : "parts get into each other: " + names[0];
+  const std::string near = names[1].empty() ? "" : "parts come nearer than they may: " + names[1];
+  return into + (into.empty() || near.empty() ? "" : "; ") + near;
 }
 
 }  // namespace
@@ -96,8 +107,7 @@ void tell(const Options& options, const Scene& scene, const MotionReport& report
 /// What overlaps as an error, once it has been told.
 void require_free(const Options& options, const Scene& scene, const MotionReport& report) {
   std::cout.flush();
-  if (!report.free())
-    throw Error(ErrorCode::goal, options.input.string() + ": parts get into each other: " + colliding(scene, report) + ".");
+  if (!report.free()) throw Error(ErrorCode::goal, options.input.string() + ": " + colliding(scene, report) + ".");
 }
 
 /// Writes a scene in which nothing overlaps, or less does.

@@ -34,6 +34,9 @@ struct CollisionInterval {
   double depth_mm = 0;         ///< then: a point of one is at least so deep in the other
   double distance_mm = 0;      ///< then: of the surfaces
   double intersection_mm = 0;  ///< length of the contour integrated over the interval: Eq. 1 of the paper, theory.md (112)
+
+  /// Whether nothing worse is known of an overlap than that bodies are nearer than a clearance, or touch.
+  bool only_near(double clearance_mm) const { return clearance_mm > 0 && depth_mm < 1e-3 * clearance_mm; }
 };
 
 /// Two parts in a transition.
