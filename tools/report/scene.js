@@ -1,5 +1,6 @@
 // The page of a scene: parts that move, when and where they get into each other, states and the ways between them.
 
+import {canDraw} from './canvas_view.js';
 import {dot, length, plus} from './geometry.js';
 import {button, html} from './panels.js';
 import {moves, placedBy, pointAt, poseAt, sightLines} from './poses.js';
@@ -8,7 +9,6 @@ import {reached, SceneView} from './scene_view.js';
 import {samePair} from './side_effects.js';
 import {StateGraph} from './state_graph.js';
 import {kKinds, percent, Timeline} from './timeline.js';
-import {canDraw} from './view.js';
 
 import {place, short, units} from './words.js';
 

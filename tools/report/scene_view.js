@@ -2,15 +2,16 @@
 
 // clang-format off
 import {
-  BufferAttribute, BufferGeometry, Color, DoubleSide, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial,
-  PerspectiveCamera, Quaternion, Scene, ShaderMaterial, Vector3, Vector4, WebGLRenderer, WebGLRenderTarget
+  Color, DoubleSide, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, Quaternion, Scene, ShaderMaterial, Vector4,
+  WebGLRenderTarget
 } from 'three';
 // clang-format on
 
 
 
-import {dot, length, plus, shaded} from './geometry.js';
-import {distanceFor, Orbit} from './orbit.js';
+import {CanvasView, geometryOf, stretchesOf} from './canvas_view.js';
+import {dot, length, plus} from './geometry.js';
+import {distanceFor} from './orbit.js';
 import {placedBy} from './poses.js';
 import {kSurface} from './shaders.js';
 
@@ -37,19 +38,7 @@ function matrixOf({rotation: [w, x, y, z], translation}, pivot) {
       .multiply(new Matrix4().makeTranslation(...pivot.map(x => -x)));
 }
 
-function geometryOf(mesh) {
-  const {positions, normals} = shaded(mesh);
-  const geometry = new BufferGeometry();
-  geometry.setAttribute('position', new BufferAttribute(positions, 3));
-  geometry.setAttribute('normal', new BufferAttribute(normals, 3));
-  return geometry;
-}
-
-function stretches(list) {
-  const geometry = new BufferGeometry();
-  geometry.setAttribute('position', new BufferAttribute(new Float32Array(list.flat(2)), 3));
-  return geometry;
-}
+const stretches = list => stretchesOf(new Float32Array(list.flat(2)));
 
 const kEdges = Array.from({length: 8}, (_, n) => [1, 2, 4].filter(k => !(n & k)).map(k => [n, n | k])).flat();
 const boxLines = box => kEdges.map(([a, b]) => [cornersOf(box)[a], cornersOf(box)[b]]);
@@ -60,22 +49,16 @@ function boxFaces(box) {
   return stretches(quads.flatMap(([a, b, c, d]) => [[corners[a], corners[b], corners[c]], [corners[a], corners[c], corners[d]]]));
 }
 
-export class SceneView {
+export class SceneView extends CanvasView {
   /**
    * @param canvas  where it is drawn; takes keys and the pointer
    * @param parts   {pivot_mm, box: [low, high], mesh}
    * @param drawn   called after each drawing with a function that brings a point of the scene to pixels
    */
   constructor(canvas, parts, drawn) {
+    super(canvas, drawn);
     this.parts = parts;
-    this.drawn = drawn;
-    this.renderer = new WebGLRenderer({canvas, antialias: true, alpha: true});
-    this.renderer.autoClear = false;
     this.renderer.setClearColor(0x000000, 0);
-    this.camera = new PerspectiveCamera();
-    this.orbit = new Orbit(canvas, () => this.change());
-    canvas.addEventListener('webglcontextrestored', () => this.change());
-    this.size = [0, 0];
     this.moment = {poses: [], collisions: [], ghosts: [], of: null};
     this.inset = null;
     const matter = (more = {}) => new ShaderMaterial({
@@ -140,14 +123,8 @@ export class SceneView {
     this.orbit.lookAlong({towards, distance, target});
   }
 
-  resize(width, height, ratio) {
-    if (!width || !height) return;
-    const first = !this.size[1];
-    this.size = [width, height];
-    this.renderer.setPixelRatio(Math.min(ratio, 2));
-    this.renderer.setSize(width, height, false);
-    if (first && this.homePoints) this.setHome(this.orbit.frame.up, this.homePoints);
-    this.change();
+  resized(before) {
+    if (!before && this.homePoints) this.setHome(this.orbit.frame.up, this.homePoints);
   }
 
   /** @param colors  {parts: by number, overlap, outline} as CSS has them */
@@ -159,14 +136,6 @@ export class SceneView {
     this.path.color = new Color(colors.outline);
     this.painted = true;
     this.change();
-  }
-
-  change() {
-    if (this.waiting) return;
-    this.waiting = requestAnimationFrame(() => {
-      this.waiting = 0;
-      this.draw();
-    });
   }
 
   // ------------------------------------------------------------------------------------------------------------------- drawing
@@ -209,18 +178,15 @@ export class SceneView {
 
   draw() {
     if (!this.size[1] || !this.painted) return;
-    const {renderer, camera, size: [width, height]} = this;
+    const {renderer, size: [width, height]} = this;
     this.aim(this.orbit.pose(), this.orbit.distance, width / height);
     renderer.setScissorTest(false);
     renderer.setViewport(0, 0, width, height);
     renderer.clear();
     this.drawMoment(this.moment);
-    const matrix = camera.projectionMatrix.clone().multiply(camera.matrixWorldInverse);
+    const project = this.projection();
     if (this.inset) this.drawInset(this.inset);
-    this.drawn(p => {
-      const v = new Vector4(...p, 1).applyMatrix4(matrix);
-      return [(0.5 + 0.5 * v.x / v.w) * width, (0.5 - 0.5 * v.y / v.w) * height];
-    });
+    this.drawn(project);
   }
 
   drawInset({moment, towards, target, distance, place: [x, y, width, height]}) {
@@ -246,17 +212,9 @@ export class SceneView {
     return pose;
   }
 
-  aim({position, above, target, field}, distance, aspect) {
-    const {camera, reach} = this;
-    camera.fov = field * 180 / Math.PI;
-    camera.aspect = aspect;
-    camera.near = Math.max(0.02 * distance, distance - 4 * reach);
-    camera.far = distance + 6 * reach;
-    camera.position.set(...position);
-    camera.up.set(...above);
-    camera.lookAt(new Vector3(...target));
-    camera.updateProjectionMatrix();
-    camera.updateMatrixWorld();
+  aim(pose, distance, aspect) {
+    const {reach} = this;
+    this.aimAt(pose, {near: Math.max(0.02 * distance, distance - 4 * reach), far: distance + 6 * reach}, aspect);
   }
 
   // --------------------------------------------------------------------------------------------------------------------- sight

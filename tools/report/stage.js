@@ -1,11 +1,13 @@
 // The view with its controls and its legend. `show` may be called again, with other bodies or with the same ones.
 
+import {canDraw} from './canvas_view.js';
 import {dot, plus} from './geometry.js';
 import {marksOf, placed} from './marks.js';
 import {Overlay, svg, symbol} from './overlay.js';
 import {html} from './panels.js';
 import {sectionPicture} from './section.js';
-import {canDraw, View} from './view.js';
+import {View} from './view.js';
+
 import {short, units} from './words.js';
 
 const kColors =

@@ -2,16 +2,17 @@
 
 // clang-format off
 import {
-  AlwaysStencilFunc, BackSide, BufferAttribute, BufferGeometry, Color, DecrementWrapStencilOp, DoubleSide, EqualStencilFunc,
-  FrontSide, IncrementWrapStencilOp, KeepStencilOp, LineBasicMaterial, LineSegments, Mesh, NotEqualStencilFunc, PerspectiveCamera,
-  Plane, Scene, ShaderMaterial, Vector4, WebGLRenderer
+  AlwaysStencilFunc, BackSide, BufferGeometry, Color, DecrementWrapStencilOp, DoubleSide, EqualStencilFunc, FrontSide,
+  IncrementWrapStencilOp, KeepStencilOp, LineBasicMaterial, LineSegments, Mesh, NotEqualStencilFunc, Plane, Scene, ShaderMaterial,
+  Vector4
 } from 'three';
 // clang-format on
 
 
 
-import {cross, crossing, dot, length, plus, shaded} from './geometry.js';
-import {distanceFor, Orbit} from './orbit.js';
+import {CanvasView, discOf, geometryOf, square, stretchesOf} from './canvas_view.js';
+import {cross, crossing, dot, length, plus} from './geometry.js';
+import {distanceFor} from './orbit.js';
 import {kCap, kDisc, kSurface} from './shaders.js';
 
 const kBehindLines = {
@@ -21,36 +22,20 @@ const kBehindLines = {
 };
 const kNowhere = [0, 0, 0, 1];  // a cut that takes nothing away
 
-/** Whether this browser draws in 3D here. */
-export function canDraw(document) {
-  try {
-    return Boolean(document.createElement('canvas').getContext('webgl2'));
-  } catch {
-    return false;
-  }
-}
-
-export class View {
+export class View extends CanvasView {
   /**
    * @param canvas  where it is drawn; takes keys and the pointer
    * @param drawn   called after each drawing with a function that brings a point of the body to pixels
    */
   constructor(canvas, drawn) {
-    this.canvas = canvas;
-    this.drawn = drawn;
-    this.renderer = new WebGLRenderer({canvas, antialias: true, alpha: true, stencil: true});
-    this.renderer.autoClear = false;
+    super(canvas, drawn, {stencil: true});
     this.renderer.localClippingEnabled = true;
     this.kept = new Plane();
-    this.camera = new PerspectiveCamera();
-    this.orbit = new Orbit(canvas, () => this.change());
-    canvas.addEventListener('webglcontextrestored', () => this.change());
     this.bodies = [];
     this.stale = [];  // scenes that were drawn, and are to be given back when others were
     this.glass = 0.16;
     this.hidden = new Set();
     this.cutBy = null;
-    this.size = [0, 0];
   }
 
   /** @param bodies  {what, closed, mesh}: of each what it is, and its triangles; what was shown before is not made anew */
@@ -114,19 +99,12 @@ export class View {
     this.fitted = true;
   }
 
-  resize(width, height, ratio) {
-    if (!width || !height) return;
-    const first = !this.fitted;
-    const factor = this.size[1] ? this.size[0] / this.size[1] / (width / height) : 1;
-    this.size = [width, height];
-    this.renderer.setPixelRatio(Math.min(ratio, 2));
-    this.renderer.setSize(width, height, false);
-    if (first || Math.abs(factor - 1) > 0.2) {
-      this.orbit.fresh = true;
-      this.fit();
-      this.orbit.fresh = false;
-    }
-    this.change();
+  resized(before) {
+    const factor = before ? before / (this.size[0] / this.size[1]) : 1;
+    if (this.fitted && Math.abs(factor - 1) <= 0.2) return;
+    this.orbit.fresh = true;
+    this.fit();
+    this.orbit.fresh = false;
   }
 
   /** @param cut  {normal, offset}: what lies beyond is taken away; null: nothing is */
@@ -149,14 +127,6 @@ export class View {
     else
       this.hidden.delete(what);
     this.change();
-  }
-
-  change() {
-    if (this.waiting) return;
-    this.waiting = requestAnimationFrame(() => {
-      this.waiting = 0;
-      this.draw();
-    });
   }
 
   // ------------------------------------------------------------------------------------------------------------------- scenes
@@ -237,9 +207,7 @@ export class View {
   }
 
   line(stretches, color) {
-    const geometry = new BufferGeometry();
-    geometry.setAttribute('position', new BufferAttribute(stretches, 3));
-    return new LineSegments(geometry, new LineBasicMaterial({color: this.color(color)}));
+    return new LineSegments(stretchesOf(stretches), new LineBasicMaterial({color: this.color(color)}));
   }
 
   /**
@@ -344,12 +312,7 @@ export class View {
       render(scenes.waterline);
     }
     for (const old of this.stale.splice(0)) giveBack(old, this.bodies);
-    const [width, height] = this.size;
-    const matrix = camera.projectionMatrix.clone().multiply(camera.matrixWorldInverse);
-    this.drawn(p => {
-      const v = new Vector4(...p, 1).applyMatrix4(matrix);
-      return [(0.5 + 0.5 * v.x / v.w) * width, (0.5 - 0.5 * v.y / v.w) * height];
-    });
+    this.drawn(this.projection());
   }
 
   /** Along which line a pixel is seen: {from, along}. */
@@ -362,26 +325,10 @@ export class View {
   }
 
   aim() {
-    const {position, above, target, field} = this.orbit.pose();
-    const {camera, size, radius} = this;
-    camera.fov = field * 180 / Math.PI;
-    camera.aspect = size[0] / size[1];
-    camera.near = Math.max(0.02 * radius, this.orbit.distance - 6 * radius);
-    camera.far = this.orbit.distance + 8 * radius;
-    camera.position.set(...position);
-    camera.up.set(...above);
-    camera.lookAt(...target);
-    camera.updateProjectionMatrix();
-    camera.updateMatrixWorld();
+    const {orbit: {distance}, size, radius} = this;
+    const reach = {near: Math.max(0.02 * radius, distance - 6 * radius), far: distance + 8 * radius};
+    this.aimAt(this.orbit.pose(), reach, size[0] / size[1]);
   }
-}
-
-function geometryOf(mesh) {
-  const {positions, normals} = shaded(mesh);
-  const geometry = new BufferGeometry();
-  geometry.setAttribute('position', new BufferAttribute(positions, 3));
-  geometry.setAttribute('normal', new BufferAttribute(normals, 3));
-  return geometry;
 }
 
 /** What only these scenes used. Their shaders stay where others of their kind are in use. */
@@ -422,20 +369,6 @@ function boxDiagonal(positions) {
     high[n % 3] = Math.max(high[n % 3], positions[n]);
   }
   return positions.length ? length(plus(high, low, -1)) : 0;
-}
-
-function square(center, right, front, half) {
-  const geometry = new BufferGeometry();
-  const at = (x, y) => plus(plus(center, right, x * half), front, y * half);
-  const corners = [at(-1, -1), at(1, -1), at(1, 1), at(-1, -1), at(1, 1), at(-1, 1)].flat();
-  geometry.setAttribute('position', new BufferAttribute(new Float32Array(corners), 3));
-  geometry.setAttribute('uv', new BufferAttribute(new Float32Array([0, 0, 1, 0, 1, 1, 0, 0, 1, 1, 0, 1]), 2));
-  return geometry;
-}
-
-/** Across up, at a height along it, over or under a point. */
-function discOf({to_ground: [right, front, up]}, height, center, half) {
-  return square(plus(center, up, height - dot(center, up)), right, front, half);
 }
 
 function quad({normal, offset}, center, half) {
