@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "judge/figures.h"
 #include "judge/verify_detail.h"
 
 namespace rayrep {
@@ -38,7 +39,12 @@ void judge_hinge(const HingeBalance& hinge, const MechanismState& state, const s
   }
   const Eigen::Vector3d up = state.rests.up_or(Eigen::Vector3d::UnitZ());
   const Eigen::Vector3d across = hinge.axis.cross(up).normalized();
-  const double beside = std::abs(across.dot(s.segment<3>(MX) / s[M1] - hinge.point_mm));
+  const Eigen::Vector3d centre = s.segment<3>(MX) / s[M1];
+  const double beside = std::abs(across.dot(centre - hinge.point_mm));
+  const auto place = 1 + std::count_if(verdict.criteria.begin(), verdict.criteria.end(),
+                                       [](const Criterion& c) { return c.name == "hinge_balance"; });
+  verdict.figures.push_back(
+      {.name = "hinge_" + std::to_string(place) + "_centre_of_mass_mm", .words = "", .unit = Unit::mm, .value = list(centre)});
   verdict.criteria.push_back(at_most("hinge_balance",
                                      "centre of mass of what turns on a hinge beside the plane through it, over the diagonal",
                                      beside / box.diagonal().norm(), limits.offset_over_diagonal));

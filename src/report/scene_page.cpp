@@ -130,7 +130,7 @@ Json ways_of(const Scene& scene) {
 Json states_of(const Scene& scene) {
   Json states = Json::array();
   for (const SceneState& state : scene.states) {
-    Json one = {{"name", state.name}, {"up", vector(state.up)}, {"poses", Json::array()}};
+    Json one = {{"name", state.name}, {"up", vector(state.up)}, {"rests", state.rests.has_value()}, {"poses", Json::array()}};
     for (const PartPose& pose : state.poses)
       one["poses"].push_back({{"rotation", quaternion(pose.rotation)}, {"translation", vector(pose.translation_mm)}});
     states.push_back(std::move(one));
@@ -187,16 +187,19 @@ PageData page_data(const Scene& scene, const MotionReport& report, const ScenePa
                      {"shown", drawn.triangles.size()}});
     data.meshes.emplace_back(id, base64(packed(drawn, box)));
   }
-  data.json = dumped({{"contract", 1},
-                      {"title", page.name},
-                      {"version", version()},
-                      {"scene", {{"parts", std::move(parts)}, {"states", states_of(scene)}, {"transitions", ways_of(scene)}}},
-                      {"found", found_of(scene, report, page.tolerance)}});
+  Json json = {{"contract", 1},
+               {"title", page.name},
+               {"version", version()},
+               {"scene", {{"parts", std::move(parts)}, {"states", states_of(scene)}, {"transitions", ways_of(scene)}}},
+               {"found", found_of(scene, report, page.tolerance)}};
+  if (page.balance) json["balance"] = Json::parse(balance_json(scene, *page.balance));
+  data.json = dumped(json);
   return data;
 }
 
 std::string to_html(const Scene& scene, const MotionReport& report, const ScenePage& page) {
-  return written(page.name, to_text(scene, report), page_data(scene, report, page));
+  const std::string text = (page.balance ? to_text(*page.balance) + "\n" : "") + to_text(scene, report);
+  return written(page.name, text, page_data(scene, report, page));
 }
 
 }  // namespace rayrep

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "motion_scenes.h"
+#include "rayrep/judge/verify_mechanism.h"
 #include "rayrep/report/motion_report.h"
 #include "rayrep/report/scene_page.h"
 
@@ -81,6 +82,39 @@ TEST(ScenePage, TellsNoPlaceThatIsNotKnownYet) {
   EXPECT_EQ(coarse["stage"], "coarse");
   for (const Json& interval : coarse["pairs"][0]["intervals"]) EXPECT_TRUE(interval["worst"].is_null()) << interval;
   EXPECT_EQ(data_of(scene, MotionReport{})["found"]["told"][0], "Collisions are being looked for.");
+}
+
+TEST(ScenePage, TellsOfEachStateThatRestsHowItDoes) {
+  Scene scene = flight(1);
+  for (SceneState& state : scene.states) {
+    state.rests = Pose{.kind = Pose::Kind::stands, .up = Eigen::Vector3d::UnitZ()};
+    state.poses[1].translation_mm = {0, 0, 0};
+  }
+  scene.states[1].poses[1].translation_mm = {-10, 10, 0};
+  scene.states.insert(scene.states.begin() + 1, scene.states[0]);
+  scene.states[1].rests.reset();
+  scene.states[2].hinges = {{.point_mm = {1, 2, 3}, .axis = Eigen::Vector3d::UnitY(), .parts = {1}}};
+  scene.transitions.clear();
+  BalanceReport balance{"flight.json", mechanism_of(scene), {}, {}, {}};
+  balance.verdict = verify(balance.mechanism, {nullptr, nullptr});
+  const Json told = Json::parse(page_data(scene, MotionReport{}, {.name = "flight.json", .balance = &balance}).json)["balance"];
+  EXPECT_EQ(told["pass"], balance.verdict.pass());
+  EXPECT_FALSE(told["made"]);
+  ASSERT_EQ(told["states"].size(), 2u);
+  EXPECT_EQ(told["states"][0]["state"], 0);
+  const Json& last = told["states"][1];
+  EXPECT_EQ(last["state"], 2);
+  EXPECT_EQ(last["attitude"]["kind"], "stands");
+  EXPECT_EQ(last["attitude"]["lowest_mm"], -10);
+  EXPECT_EQ(last["after"]["pose_1_support_polygon_mm"].size(), 4u);
+  EXPECT_EQ(last["told"][0], balance.verdict.states[1].meaning[0]);
+  // The cube turns as its pose says: its centre of mass goes with it.
+  const PartPose& pose = scene.states[2].poses[1];
+  const Eigen::Vector3d centre = pose.about(scene.parts[1].pivot_mm) * Eigen::Vector3d(0, 0, 5);
+  EXPECT_LT((vector_in(last["after"]["hinge_1_centre_of_mass_mm"]) - centre).norm(), 1e-9);
+  EXPECT_EQ(vector_in(last["hinges"][0]["point_mm"]), Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(last["criteria"].back()["name"], "hinge_balance");
+  EXPECT_FALSE(data_of(scene, MotionReport{}).contains("balance"));
 }
 
 TEST(ScenePage, IsReadAgainWhateverPartsAreCalled) {

@@ -63,6 +63,17 @@ def passing(folder):
         {"left": {}, "right": {"poses": {"block": {"at": [64, 0, 0]}}}}, [{"name": "go by", "from": "left", "to": "right"}])
 
 
+def crane(folder):
+    """A tower with an arm on a hinge: it hangs, its arm balanced or not, stands, and falls over; and what it is then on a way."""
+    on_hinge = {"hinges": [{"point": [5, 0, 80], "axis": "y", "parts": ["arm"]}]}
+    return write_scene(
+        folder, "crane", {"tower": ([-15, -15, 0], [15, 15, 60]), "arm": ([-25, -8, -8], [35, 8, 8])},
+        {"hung": {"poses": {"arm": {"at": [0, 0, 80]}}, "rests": {"kind": "hangs", "point": [1.11, 0, 110]}, **on_hinge},
+         "standing": {"poses": {"arm": {"at": [0, 0, 80]}}, "rests": "stands"},
+         "falling": {"poses": {"arm": {"at": [80, 0, 80]}}, "rests": "stands"}, "free": {"poses": {"arm": {"at": [0, 0, 90]}}}},
+        [{"name": "lift", "from": "hung", "to": "falling"}])
+
+
 def told(tool, scene, *arguments):
     done = subprocess.run([tool, "motion", str(scene), "--json", *arguments], cwd=scene.parent, capture_output=True, text=True, check=False)
     if done.returncode not in (0, 4):
@@ -228,6 +239,70 @@ def check_report(page, tool, folder):
     page.click(".interval.overlap")
     towards = page.of("view.orbit.pose().towards")
     expect(towards[1] < -0.99, f"with the wall at the other side from the other side: {towards}")
+
+
+def balanced(tool, folder, *arguments):
+    done = subprocess.run([tool, "balance", *arguments, "--json"], cwd=folder, capture_output=True, text=True, check=False)
+    if done.returncode not in (0, 4):
+        raise RuntimeError(f"rayrep balance {arguments}: {done.stderr}")
+    return json.loads(done.stdout)
+
+
+def nodes(page):
+    """What the graph says of each state."""
+    return page.js("[...document.querySelectorAll('.graph .node')].map(node => node.classList[1] ?? '').join()").replace("now", "")
+
+
+def oranges(png):
+    """Pixels in the colour of cavities."""
+    width, _, rows, step = browser.pixels(png)
+    return sum(row[n] > row[n + 1] + 30 > row[n + 2] + 40 for row in rows for n in range(0, width * step, step))
+
+
+def check_balance(page, tool, folder):
+    """The page of `rayrep balance --html`: of each state how it rests."""
+    scene = crane(folder)
+    report = balanced(tool, folder, scene.name, "--as-is", "--html", "crane.html")
+    page.chromium.open(folder / "crane.html")
+    expect(page.chromium.complaints() == [], f"nothing is complained of {page.chromium.complaints()}")
+    expect([one["pass"] for one in report["states"]] == [True, True, False] and nodes(page) == "good,good,bad,",
+           f"states have the colours of their verdicts, one that need not rest has none: {nodes(page)}")
+    words = page.js("[...document.querySelectorAll('.verdict .word')].map(one => one.textContent).join()")
+    expect(words.endswith("FREE") and "DOES NOT REST" in words, f"the verdict of both comes first: {words}")
+    expect(page.of("now.state") == 2 and "falls over" in page.js("document.querySelector('.resting').textContent"), "the state that fails is shown first, in words")
+    page.look("balance-falling")
+    page.js("document.querySelectorAll('.line.good')[0].click()")
+    hung = report["states"][0]["after"]
+    items = page.of("overlay.items.map(({group, kind, at, from, to}) => ({group, kind, at, from, to}))")
+    centre = next(one["at"] for one in items if one["group"] == "mass")
+    expect(page.of("now.state") == 0 and math.dist(centre, hung["centre_of_mass_mm"]) < 1e-9, f"a click on a line goes there; the centre of mass: {centre}")
+    plumb = next(one for one in items if one["group"] == "spin" and one["kind"] == "line")
+    expect(plumb["to"] == [1.11, 0, 110] and math.dist(plumb["from"], [1.11, 0, centre[2]]) < 1e-9, f"point and plumb line: {plumb}")
+    hinge = next(one for one in items if one["group"] == "hinge" and one["kind"] == "line")
+    expect(hinge["from"][0] == hinge["to"][0] == 5 and hinge["from"][2] == hinge["to"][2] == 80, "and the hinge")
+    page.js("document.querySelectorAll('.graph .node')[1].dispatchEvent(new MouseEvent('click'))")
+    foot = page.of("overlay.items.find(({group}) => group === 'support').corners")
+    expect(sorted(foot) == [[-15, -15, 0], [-15, 15, 0], [15, -15, 0], [15, 15, 0]], f"of what stands the foot: {foot}")
+    page.js("document.querySelectorAll('.graph .node')[3].dispatchEvent(new MouseEvent('click'))")
+    expect(page.of("overlay.items") == [] and page.js("document.querySelector('.marked').children.length") == 0, "nothing is marked where it need not rest")
+
+
+def check_insides(page, tool, folder):
+    """What floats has water, and what is hollow is seen."""
+    boat = kRoot / "examples/scenes/boat.json"
+    report = balanced(tool, folder, str(boat), "--resolution", "40", "-o", "boat", "--html", "boat.html")
+    page.chromium.open(folder / "boat.html")
+    expect(page.chromium.complaints() == [], f"nothing is complained of {page.chromium.complaints()}")
+    expect(report["pass"] and nodes(page) == "good,good", "a boat that floats in both states is told so")
+    height = page.of("momentOf(window.rayrep.page.now, null).attitude.waterline")
+    # By Archimedes: below the waterline lie as many mm3 as it weighs mg. Its lowest point is at 0 in its first state.
+    after = report["states"][0]["after"]
+    expect(abs(after["pose_1_displaced_mass_g"] / report["mass_g"] - 1) < 1e-3 and 0 < height < 18.3, f"water stands at {height:.2f} mm")
+    seen = page.seen()
+    page.js("(range => { range.value = 100; range.dispatchEvent(new Event('input')); })(document.querySelector('input[aria-label^=\"How opaque\"]'))")
+    shut = page.seen()
+    expect(oranges(seen) > 400 > 20 > oranges(shut), f"cavities are seen through the outside, {oranges(seen)} pixels, or not, {oranges(shut)}")
+    page.look("balance-boat")
 
 
 def check_keys(page):
@@ -425,6 +500,16 @@ def check_turn(page):
     expect(page.of("scene.transitions[1].motions[3].rotation.length") == 2, "and removed by Delete")
 
 
+def judged(page):
+    page.wait("window.rayrep.studio.page.balance && !window.rayrep.studio.page.balanceOld", "the balance")
+
+
+def check_judging(page):
+    """The balance of the scene as it is, in the background."""
+    judged(page)
+    expect(nodes(page) == "good,good,bad,", f"the graph has the balance of the parts as they are: {nodes(page)}")
+
+
 def check_studio(chromium, pictures, tool, folder):
     scene = passing(folder)
     with Server(tool, folder, scene.name) as server:
@@ -440,6 +525,10 @@ def check_studio(chromium, pictures, tool, folder):
         chromium.local += (server.address,)
         chromium.visit(server.address)
         check_turn(page)
+    with Server(tool, folder, "crane.json") as server:
+        chromium.local += (server.address,)
+        chromium.visit(server.address)
+        check_judging(page)
     with Server(tool, folder) as server:
         chromium.local += (server.address,)
         chromium.visit(server.address)
@@ -460,6 +549,8 @@ def main():
         check_report(page, tool, folder)
         check_keys(page)
         check_widths(page, folder / "front.html")
+        check_balance(page, tool, folder)
+        check_insides(page, tool, folder)
         check_without_webgl(folder / "front.html")
         check_studio(chromium, pictures, tool, folder)
     print(f"{len(problems)} problems, {time.monotonic() - kBegun:.1f} s")

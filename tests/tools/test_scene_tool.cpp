@@ -126,6 +126,8 @@ TEST_F(SceneTool, BalanceWritesPartsThatRestInEveryStateAndASceneThatNamesThem) 
   EXPECT_EQ(json["parts"][0]["cavities"], 1);
   EXPECT_FALSE(json.contains("output"));
   EXPECT_EQ(run("motion giraffe/giraffe.json").code, 0);
+  EXPECT_EQ(run("balance " + giraffe + " --resolution 40 -o giraffe -q --html giraffe.html").code, 0) << "over what is there";
+  EXPECT_TRUE(mentions(text_of(folder() / "giraffe.html"), {"<!doctype html>", "giraffe.json", "In the state 'reaching'"}));
   const Run none = run("balance over.json");
   EXPECT_EQ(none.code, 2);
   EXPECT_TRUE(mentions(none.err, {"rests"}));

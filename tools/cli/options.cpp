@@ -893,7 +893,13 @@ std::vector<Group> balance_groups(Options& options) {
                      .value = "FOLDER",
                      .words = "gets the parts and the scene that names them (default SCENE_balanced)",
                      .details = "PART.stl of each part that is printed, in the coordinates of its mesh.",
-                     .place = path_place(options.output)}};
+                     .place = path_place(options.output)},
+                    {.name = "html",
+                     .value = "FILE",
+                     .words = "write a page to look at: how it rests in each state, in 3D",
+                     .details = "One file that needs no network: what rayrep motion --html shows, and of each state the verdict, "
+                                "foot, waterline, point or hinge, and cavities through the outside.",
+                     .place = path_place(options.html)}};
   append(files, scene_output_rows(options));
   return {{"The insides", making}, {"Output", files}};
 }
@@ -1357,6 +1363,7 @@ double Options::insert_density() const {
 
 std::vector<std::filesystem::path> Options::meshes() const {
   std::vector<std::filesystem::path> written;
+  if (command == Command::balance) return written;  // the output is a folder
   for (const auto& mesh : {output, insert_output, plug_output, outside_output, dense_output, sparse_output})
     if (!mesh.empty()) written.push_back(mesh);
   return written;

@@ -234,6 +234,17 @@ void balance_and_write(const Options& options, const Scene& scene, BalanceReport
   report.outputs.push_back(path.string());
 }
 
+/// The page of what was judged: its ways are looked at, too.
+void write_page(const Options& options, Scene scene, const BalanceReport& report, const Progress& progress) {
+  progress.begin("check");
+  if (report.made)
+    for (std::size_t p = 0; p < scene.parts.size(); ++p)
+      scene.parts[p].mesh = std::make_shared<const Mesh>(report.mechanism.parts[p].mesh);
+  const MotionReport motion = MotionChecker().check(scene, check_options(options), progress);
+  const std::string name = report.outputs.empty() ? options.input.string() : report.outputs.back();
+  write_text_file(options.html, to_html(scene, motion, {name, options.scene.tolerance, &report}));
+}
+
 }  // namespace
 
 void run_balance(const Options& options, Stages& stages, const Progress& progress) {
@@ -247,6 +258,7 @@ void run_balance(const Options& options, Stages& stages, const Progress& progres
   } else {
     balance_and_write(options, scene, report, progress);
   }
+  if (!options.html.empty()) write_page(options, scene, report, progress);
   stages.finish();
   tell(options, report);
   require_pass(options, report);

@@ -43,6 +43,28 @@ export function shaded({positions, triangles}) {
   return {positions: corners, normals};
 }
 
+/**
+ * The outside of a mesh, and its cavities: pieces that hang together at their vertices and face inward. Vertices are shared.
+ * @returns {outside, cavities}: meshes; cavities may be null
+ */
+export function shellsOf({positions, triangles}) {
+  const above = Uint32Array.from({length: positions.length / 3}, (_, v) => v);
+  const root = v => {
+    while (above[v] !== v) v = above[v] = above[above[v]];
+    return v;
+  };
+  for (let n = 0; n < triangles.length; n += 3)
+    for (const k of [1, 2]) above[root(triangles[n + k])] = root(triangles[n]);
+  const volumes = new Float64Array(above.length);
+  const at = v => positions.subarray(3 * v, 3 * v + 3);
+  for (let n = 0; n < triangles.length; n += 3)
+    volumes[root(triangles[n])] += dot(at(triangles[n]), cross(at(triangles[n + 1]), at(triangles[n + 2])));
+  const of = inward => triangles.filter((_, n) => (volumes[root(triangles[n - n % 3])] < 0) === inward);
+  const cavities = of(true);
+  if (!cavities.length) return {outside: {positions, triangles}, cavities: null};
+  return {outside: {positions, triangles: of(false)}, cavities: {positions, triangles: cavities}};
+}
+
 function trianglesAround(triangles, vertices) {
   const first = new Uint32Array(vertices + 1);
   for (const v of triangles) ++first[v + 1];

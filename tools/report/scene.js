@@ -1,12 +1,15 @@
 // The page of a scene: parts that move, when and where they get into each other, states and the ways between them.
 
+import {BalancePanel, restMarks, restOf, restSentences} from './balance.js';
 import {canDraw} from './canvas_view.js';
 import {dot, length, plus} from './geometry.js';
+import {Overlay, svg} from './overlay.js';
 import {button, html} from './panels.js';
 import {moves, placedBy, pointAt, poseAt, sightLines} from './poses.js';
 import {footer} from './report.js';
 import {reached, SceneView} from './scene_view.js';
 import {samePair} from './side_effects.js';
+import {legendSign} from './stage.js';
 import {StateGraph} from './state_graph.js';
 import {kKinds, percent, Timeline} from './timeline.js';
 
@@ -35,10 +38,13 @@ export class ScenePage {
     });
     this.names = this.parts.map(({name}) => name);
     this.found = data.found;
+    this.balance = data.balance ?? null;
+    this.balanceOld = 0;  // edits since it was judged
     this.chosen = null;
     const [first] = this.byWorst();
     const transition = first?.pair.transition ?? (this.scene.transitions.length ? 0 : null);
-    this.now = {transition, state: this.scene.transitions[transition]?.from ?? 0, time: 0};
+    const state = this.balance?.states.find(({pass}) => !pass)?.state ?? this.scene.transitions[transition]?.from ?? 0;
+    this.now = {transition, state, time: this.scene.transitions[transition]?.to === state ? 1 : 0};
     this.ghosts = 'ends';
     this.shown = [];  // called when something is shown
     this.drawn = [];  // called with each drawing
@@ -58,13 +64,18 @@ export class ScenePage {
     });
     this.stage = html('div', {class: 'stage'});
     if (canDraw(document)) {
-      this.stage.append(this.canvas);
+      const over = svg('svg', {class: 'overlay', 'aria-hidden': 'true'});
+      this.overlay = new Overlay(over);
+      this.stage.append(this.canvas, over);
+      this.drawn.push(project => this.overlay.draw(project, ...this.view.size));
       this.view = new SceneView(this.canvas, this.parts, project => this.drawn.forEach(draw => draw(project)));
     }
     this.timeline = new Timeline(this.names, {time: time => this.goTime(time), choose: (pair, n) => this.choose(pair, n)});
+    this.balancePanel = new BalancePanel(n => this.goState(n));
     this.graph = new StateGraph(this.scene, {state: n => this.goState(n), transition: n => this.goTransition(n)});
     this.told = html('div', {class: 'told', role: 'status'});
     this.list = html('ul', {class: 'collisions'});
+    this.marked = html('ul', {class: 'legend marked'});
     this.beside = html('div', {class: 'panels'}, this.panels());
     const warning = this.view ?
         null :
@@ -72,7 +83,8 @@ export class ScenePage {
             'p', {class: 'warning', role: 'status'},
             'This browser does not draw in 3D here (WebGL 2 is missing or switched off). When and where parts get ' +
                 'into each other is told below all the same.');
-    this.look = html('section', {class: 'look', 'aria-label': 'View'}, warning, this.view ? this.stage : null, this.controls());
+    this.look = html(
+        'section', {class: 'look', 'aria-label': 'View'}, warning, this.view ? this.stage : null, this.controls(), this.marked);
     root.classList.add('scene');
     root.replaceChildren(this.head, html('main', {}, this.look, this.beside), footer(this.data.version));
     addEventListener('keydown', event => this.key(event));
@@ -86,6 +98,8 @@ export class ScenePage {
             html('small', {}, [
               printed ? '' : 'not printed', shown < triangles ? `${shown} of ${triangles} triangles are shown` : ''
             ].filter(Boolean).join(', '))));
+    const cavities =
+        html('li', {}, html('span', {class: 'swatch cavity'}), 'cavities', html('small', {}, 'seen through the outside'));
     return [
       !this.scene.states.length ?
           null :
@@ -94,7 +108,8 @@ export class ScenePage {
               html(
                   'p', {class: 'fine'},
                   'Arrows: the ways between them; green where no part gets into another, red where some do.')),
-      panel('Collisions', this.list), panel('Parts', html('ul', {class: 'parts'}, swatches))
+      this.balancePanel.element, panel('Collisions', this.list),
+      panel('Parts', html('ul', {class: 'parts'}, swatches, this.view?.hasCavities ? cavities : null))
     ];
   }
 
@@ -129,7 +144,18 @@ export class ScenePage {
             this.view ? html(
                             'div', {class: 'choice', role: 'radiogroup', 'aria-label': 'Ghosts'},
                             html('span', {class: 'name'}, 'Ghosts'), html('div', {class: 'segments'}, ghosts)) :
-                        null));
+                        null),
+        this.view?.hasCavities ? this.glass() : null);
+  }
+
+  glass() {
+    const range =
+        html('input', {type: 'range', min: 0, max: 100, value: 100 * this.view.opacity, 'aria-label': 'How opaque the outside is'});
+    range.addEventListener('input', () => {
+      this.view.opacity = range.value / 100;
+      this.view.change();
+    });
+    return html('label', {class: 'choice'}, html('span', {class: 'name'}, 'Outside'), range, html('small', {}, 'clear to solid'));
   }
 
   start() {
@@ -137,11 +163,13 @@ export class ScenePage {
     const paint = () => {
       const style = getComputedStyle(document.documentElement);
       const of = name => style.getPropertyValue(`--${name}`).trim();
-      this.view.paint({parts: kPartColors.map(of), overlap: of('overlap'), outline: of('outline')});
+      const named = Object.fromEntries(['overlap', 'outline', 'void', 'water', 'ground'].map(name => [name, of(name)]));
+      this.view.paint({parts: kPartColors.map(of), ...named});
     };
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', paint);
     paint();
-    this.view.setHome(this.upNow(), reached(this.parts, moment => this.posesAt(moment), this.allMoments()));
+    const hung = this.balance?.states.flatMap(({attitude: {kind, point_mm}}) => kind === 'hangs' ? [point_mm] : []) ?? [];
+    this.view.setHome(this.upNow(), [...hung, ...reached(this.parts, moment => this.posesAt(moment), this.allMoments())]);
     new ResizeObserver(() => {
       const {width, height} = this.stage.getBoundingClientRect();
       this.view.resize(Math.round(width), Math.round(height), devicePixelRatio);
@@ -189,8 +217,15 @@ export class ScenePage {
       poses,
       collisions,
       ghosts: inState ? [] : this.ghostsAt(now, chosen),
-      of: chosen ? [chosen.pair.first, chosen.pair.second] : null
+      of: chosen ? [chosen.pair.first, chosen.pair.second] : null,
+      attitude: inState && !chosen ? this.marks()?.attitude : null
     };
+  }
+
+  /** What is marked in the state that is shown, or null: of poses that were judged. */
+  marks() {
+    const rest = this.now.state === null || this.balanceOld ? null : restOf(this.balance, this.now.state);
+    return rest && restMarks(rest, this.names, this.view?.reach ?? 1);
   }
 
   ghostsAt({transition, time}, chosen) {
@@ -247,6 +282,13 @@ export class ScenePage {
       const n = pair ? pair.intervals.findIndex(({from, to}) => from <= one.to && one.from <= to) : -1;
       this.chosen = n < 0 ? null : {pair, interval: n};
     }
+    this.update();
+  }
+
+  /** How it rests, and after how many edits that is told. */
+  tellBalance(balance, old = 0) {
+    this.balance = balance;
+    this.balanceOld = old;
     this.update();
   }
 
@@ -373,6 +415,7 @@ export class ScenePage {
     this.showVerdict();
     this.showWays();
     this.showList();
+    this.markedOf = undefined;
     this.draw();
   }
 
@@ -386,21 +429,49 @@ export class ScenePage {
     const unsure = found.stage !== 'complete' && !found.pairs.some(({intervals}) => intervals.some(({kind}) => kind === 'overlap'));
     const [path, file] = /^(.*\/)?(.*)$/.exec(data.title).slice(1);
     const [first, ...more] = found.told;
-    this.head.className = `verdict ${unsure ? 'unsure' : found.pass ? 'good' : 'bad'}`;
+    const {balance} = this;
+    const motion = unsure ? ['unsure', '\u2026', 'LOOKING'] :
+        found.pass        ? ['good', '\u2713', 'FREE'] :
+                            ['bad', '\u2715', 'OVERLAPS'];
+    const rest = !balance ? null :
+        this.balanceOld   ? ['unsure', '\u2026', 'BALANCE IS OLD'] :
+        balance.pass      ? ['good', '\u2713', balance.made ? 'BALANCED' : 'RESTS'] :
+                            ['bad', '\u2715', balance.made ? 'NOT BALANCED' : 'DOES NOT REST'];
+    const word = ([kind, sign, text]) =>
+        html('div', {class: kind}, html('p', {class: 'word'}, html('span', {class: 'sign', 'aria-hidden': 'true'}, sign), text));
+    const resting = balance && !this.balanceOld ? restSentences(balance, this.scene, this.parts) : [];
     this.head.replaceChildren(
         html('p', {class: 'over'}, `rayrep ${data.version}`, html('span', {}, 'parts that move')),
         html('h1', {}, path ? html('bdi', {class: 'path'}, path) : '', html('bdi', {}, file)),
-        html(
-            'p', {class: 'word'},
-            html(
-                'span', {class: 'sign', 'aria-hidden': 'true'},
-                unsure         ? '\u2026' :
-                    found.pass ? '\u2713' :
-                                 '\u2715'),
-            unsure         ? 'LOOKING' :
-                found.pass ? 'FREE' :
-                             'OVERLAPS'),
-        html('p', {class: 'lead'}, units(first)), ...more.map(sentence => html('p', {class: 'more'}, units(sentence))));
+        html('div', {class: 'choice'}, [rest, motion].filter(Boolean).map(word)),
+        ...resting.map(sentence => html('p', {class: 'lead'}, units(sentence))), html('p', {class: 'lead'}, units(first)),
+        ...more.map(sentence => html('p', {class: 'more'}, units(sentence))));
+  }
+
+  /** The states by colour, their verdicts in words, and what is marked of the one that is shown. */
+  showRest() {
+    const {now, balance, balanceOld} = this;
+    const key = `${now.state} ${balanceOld}`;
+    if (this.markedOf === key) return;
+    this.markedOf = key;
+    if (balance) this.balancePanel.show(balance, this, balanceOld);
+    const found = this.marks();
+    this.overlay?.show(found?.items ?? []);
+    this.marked.replaceChildren(...(this.view && found ? found.legend : [])
+                                    .map(
+                                        entry => html(
+                                            'li', {},
+                                            html(
+                                                'div', {}, legendSign(entry),
+                                                html('span', {class: 'words'}, entry.words, html('small', {}, entry.value))))));
+    this.view?.change();
+  }
+
+  restKinds() {
+    return this.scene.states.map((_, n) => {
+      const rest = restOf(this.balance, n);
+      return rest && (this.balanceOld ? 'old' : rest.pass ? 'good' : 'bad');
+    });
   }
 
   showWays() {
@@ -447,17 +518,18 @@ export class ScenePage {
     const key = `${now.transition} ${chosen ? `${chosen.pair.first} ${chosen.pair.second} ${chosen.interval}` : ''}`;
     if (this.shownPairs !== this.found || key !== this.pairsKey) {
       this.timeline.show(pairs, chosen);
-      this.graph.show(transitions.map((_, n) => this.kindOf(n)), this.now);
+      this.graph.show(transitions.map((_, n) => this.kindOf(n)), this.now, this.restKinds());
       this.told.replaceChildren(...this.wordsOf(chosen));
       this.shownPairs = this.found;
       this.pairsKey = key;
     } else {
-      this.graph.show(this.graph.kinds, this.now);
+      this.graph.show(this.graph.kinds, this.now, this.restKinds());
     }
     this.at.textContent =
         now.state !== null && states[now.state] ? `State ${now.state + 1}: ${states[now.state].name}` : percent(now.time);
     this.timeline.ruler.setAttribute('aria-valuetext', this.at.textContent);
     this.view?.show(this.momentOf(now, chosen));
+    this.showRest();
     for (const shown of this.shown) shown();
   }
 

@@ -8,7 +8,7 @@ import {button, html} from './panels.js';
 import {axisOf, keyAdded, keyMoved, keyRemoved, moves, placedBy, poseAt, times, turnAbout} from './poses.js';
 import {save} from './save.js';
 import {ScenePage} from './scene.js';
-import {Checks, Refusal, sceneFile} from './server.js';
+import {Checks, Refusal, sceneBalance, sceneFile} from './server.js';
 import {sideEffect, stillThere} from './side_effects.js';
 import {percent} from './timeline.js';
 import {short} from './words.js';
@@ -40,6 +40,7 @@ export class SceneStudio {
     this.key = null;   // {part, kind, number} that is edited, of the way that is shown
     this.effect = null;
     this.checks = new Checks((transitions, answer) => this.told(transitions, answer));
+    this.judged = null;  // the states whose balance was asked for last
     this.build();
     page.shown.push(() => this.show());
     page.drawn.push(project => this.place(project));
@@ -124,6 +125,7 @@ export class SceneStudio {
     }
     this.page.tell(answer, this.page.scene);
     if (answer.stage !== 'complete') return;
+    this.judge();
     const all = answer.pairs.length;
     this.state.textContent =
         `Checked; ${answer.kept} of ${all} ${all === 1 ? 'pair' : 'pairs'} did not have to be looked at again.`;
@@ -133,6 +135,24 @@ export class SceneStudio {
         (this.effect && stillThere(this.effect, answer.pairs));
     const looksAtIt = effect && chosen?.pair === effect.pair && chosen.interval === effect.interval;
     this.setEffect(looksAtIt ? null : effect);
+  }
+
+  /** Has the balance judged in the background, once for the states as they are. */
+  async judge() {
+    const {page} = this;
+    const {states} = page.scene;
+    if (this.judged === states || !states.some(({rests}) => rests)) return;
+    this.judged = states;
+    page.balancePanel.tell('Whether it rests is being judged \u2026');
+    try {
+      const balance = await sceneBalance({transitions: this.transitions});
+      if (this.judged !== states) return;
+      page.tellBalance(balance);
+      page.balancePanel.tell(
+          'Of the parts as they are, as rayrep balance --as-is tells it. rayrep balance chooses what is inside them.');
+    } catch (error) {
+      if (this.judged === states) page.balancePanel.tell(error.message, true);
+    }
   }
 
   async save() {

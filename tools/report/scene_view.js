@@ -2,18 +2,18 @@
 
 // clang-format off
 import {
-  Color, DoubleSide, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, Quaternion, Scene, ShaderMaterial, Vector4,
+  Color, DoubleSide, FrontSide, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, Quaternion, Scene, ShaderMaterial, Vector4,
   WebGLRenderTarget
 } from 'three';
 // clang-format on
 
 
 
-import {CanvasView, geometryOf, stretchesOf} from './canvas_view.js';
-import {dot, length, plus} from './geometry.js';
+import {CanvasView, discOf, geometryOf, stretchesOf} from './canvas_view.js';
+import {crossing, dot, length, plus, shellsOf} from './geometry.js';
 import {distanceFor} from './orbit.js';
-import {placedBy} from './poses.js';
-import {kSurface} from './shaders.js';
+import {placedBy, turned} from './poses.js';
+import {kDisc, kSurface} from './shaders.js';
 
 const kAside = 0.16;  // how opaque is what has no part in what is looked at
 const kProbe = 64;    // pixels along a side, to see how much of a collision can be seen
@@ -68,12 +68,35 @@ export class SceneView extends CanvasView {
       side: DoubleSide,
       ...more
     });
+    const see = {transparent: true, depthWrite: false};
+    const behind = {polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 2};
     this.bodies = parts.map(part => {
-      const geometry = geometryOf(part.mesh);
-      const solid = new Mesh(geometry, matter()), glass = new Mesh(geometry, matter({transparent: true, depthWrite: false}));
-      for (const mesh of [solid, glass]) mesh.matrixAutoUpdate = false;
-      return {solid, glass};
+      const {outside, cavities} = shellsOf(part.mesh);
+      const geometry = geometryOf(outside);
+      const body = {
+        outside,
+        solid: new Mesh(geometry, matter()),
+        glass: new Mesh(geometry, matter(see)),
+        // Seen through: the nearest of it alone, so that folds behind each other do not add up.
+        depth: new Mesh(geometry, matter({side: FrontSide, colorWrite: false, ...behind})),
+        clear: new Mesh(geometry, matter({side: FrontSide, ...see})),
+        cavities: cavities ? new Mesh(geometryOf(cavities), matter(behind)) : null
+      };
+      for (const mesh of Object.values(body))
+        if (mesh?.isMesh) mesh.matrixAutoUpdate = false;
+      return body;
     });
+    this.hasCavities = this.bodies.some(({cavities}) => cavities);
+    this.opacity = 0.3;  // of the outside of what has cavities
+    this.discs = Object.fromEntries(['water', 'ground'].map(
+        name => [name, new ShaderMaterial({
+                   vertexShader: kDisc.vertex,
+                   fragmentShader: kDisc.fragment,
+                   uniforms: {uColor: {value: new Color()}, uOpacity: {value: 0.34}, uCut: {value: new Vector4(0, 0, 0, 1)}},
+                   side: DoubleSide,
+                   ...see
+                 })]));
+    this.waterline = new LineBasicMaterial();
     this.scene = new Scene();
     this.red = new LineBasicMaterial({depthTest: false, transparent: true});
     this.frameLine = new LineBasicMaterial({depthTest: false, transparent: true, opacity: 0.75});
@@ -84,7 +107,8 @@ export class SceneView extends CanvasView {
   /**
    * @param moment  poses; collisions: {box, contour} to be marked; ghosts: {list of {part, pose}, opacity}; of: numbers of the
    *     parts that are
-   *                looked at, null: all; path: points of a way, or none
+   *                looked at, null: all; path: points of a way, or none; attitude: with waterline and ground, heights along up, or
+   * none
    */
   show(moment) {
     this.moment = moment;
@@ -127,11 +151,15 @@ export class SceneView extends CanvasView {
     if (!before && this.homePoints) this.setHome(this.orbit.frame.up, this.homePoints);
   }
 
-  /** @param colors  {parts: by number, overlap, outline} as CSS has them */
+  /** @param colors  {parts: by number, void, overlap, outline, water, ground} as CSS has them */
   paint(colors) {
-    this.bodies.forEach(({solid, glass}, n) => {
-      for (const mesh of [solid, glass]) mesh.material.uniforms.uColor.value = new Color(colors.parts[n % colors.parts.length]);
+    this.bodies.forEach(({solid, glass, clear, cavities}, n) => {
+      for (const mesh of [solid, glass, clear])
+        mesh.material.uniforms.uColor.value = new Color(colors.parts[n % colors.parts.length]);
+      if (cavities) cavities.material.uniforms.uColor.value = new Color(colors.void);
     });
+    for (const [name, {uniforms}] of Object.entries(this.discs)) uniforms.uColor.value = new Color(colors[name]);
+    this.waterline.color = new Color(colors.water);
     for (const material of [this.red, this.frameLine, this.veil]) material.color = new Color(colors.overlap);
     this.path.color = new Color(colors.outline);
     this.painted = true;
@@ -152,10 +180,23 @@ export class SceneView extends CanvasView {
     this.renderer.render(this.scene, this.camera);
   }
 
-  drawMoment({poses, collisions, ghosts, of, path}) {
+  drawMoment({poses, collisions, ghosts, of, path, attitude}) {
     const all = poses.map((pose, part) => ({part, pose}));
     const inIt = part => !of || of.includes(part);
-    this.render(all.filter(({part}) => inIt(part)).map(({part, pose}) => this.placed(this.bodies[part].solid, part, pose)));
+    const isClear = part => this.bodies[part].cavities && this.opacity < 1;
+    const drawn = (name, list) => this.render(list.map(({part, pose}) => this.placed(this.bodies[part][name], part, pose)));
+    const here = all.filter(({part}) => inIt(part)), clear = here.filter(({part}) => isClear(part));
+    if (attitude && attitude.ground !== null) this.renderDisc('ground', attitude, attitude.ground);
+    drawn('solid', here.filter(({part}) => !isClear(part)));
+    drawn('cavities', clear);
+    drawn('depth', clear);
+    for (const {part} of clear) {
+      const {uOpacity, uEdge} = this.bodies[part].clear.material.uniforms;
+      uOpacity.value = this.opacity;
+      uEdge.value = 0.75;
+    }
+    drawn('clear', clear);
+    if (attitude && attitude.waterline !== null) this.renderWater(attitude, all);
     const glass = (list, opacity) => {
       for (const {part, pose} of list) {
         const mesh = this.placed(this.bodies[part].glass, part, pose);
@@ -174,6 +215,28 @@ export class SceneView extends CanvasView {
     if (!marks.length) return;
     this.render(marks);
     for (const {geometry} of marks) geometry.dispose();
+  }
+
+  renderDisc(name, attitude, height) {
+    const disc = new Mesh(discOf(attitude, height, this.orbit.home.target, 1.6 * this.reach), this.discs[name]);
+    this.render([disc]);
+    disc.geometry.dispose();
+  }
+
+  /** Around what floats, and the line where it comes out. */
+  renderWater(attitude, all) {
+    this.renderDisc('water', attitude, attitude.waterline);
+    const lines = all.map(({part, pose: {rotation: [w, x, y, z], translation}}) => {
+      const pivot = this.parts[part].pivot_mm;
+      // The plane in the part's own coordinates.
+      const normal = turned([w, -x, -y, -z], attitude.up);
+      const offset = attitude.waterline - dot(attitude.up, plus(pivot, translation)) + dot(normal, pivot);
+      const line = new LineSegments(stretchesOf(crossing(this.bodies[part].outside, normal, offset)), this.waterline);
+      line.matrixAutoUpdate = false;
+      return this.placed(line, part, all[part].pose);
+    });
+    this.render(lines);
+    for (const {geometry} of lines) geometry.dispose();
   }
 
   draw() {

@@ -123,6 +123,19 @@ export class Checks {
 export const sceneFile = async transitions =>
     (await ask('scene/file', {method: 'POST', body: JSON.stringify({transitions})})).text();
 
+/** How the scene rests in its states, of the parts as they are. @throws Refusal */
+export async function sceneBalance(edit) {
+  for (;;) {
+    try {
+      return await posted('scene/balance', edit);
+    } catch (error) {
+      // What another page has asked for does not answer this one, which lets it go first.
+      if (error.kind !== 'superseded') throw error;
+      await pause(500 + 500 * Math.random());
+    }
+  }
+}
+
 const kLongPreview_ms = 2000;
 
 /** Asks for previews: one at a time, then for the last that was wanted meanwhile. One that takes long is given up for that. */

@@ -21,6 +21,17 @@ const kBodies = {
 };
 const kAxes = ['x', 'y', 'z'];
 
+/** As an entry of a legend has it in front of its words. */
+export function legendSign({group, symbol: mark, swatch}) {
+  const area = {water: 'water', ground: 'ground', support: 'support'}[mark] ?? swatch;
+  if (area) return html('span', {class: `swatch ${area}`});
+  const isLine = ['axes', 'spin', 'tip', 'hinge'].includes(mark);
+  return svg(
+      'svg', {viewBox: '-10 -10 20 20', class: 'sign'},
+      isLine ? svg('line', {x1: -9, y1: 0, x2: 9, y2: 0, class: `mark line ${mark}`}) :
+               svg('g', {class: `mark ${group} point`}, symbol(mark)));
+}
+
 export class Stage {
   /** @param fold  whether controls and legend can be folded away, and are where there is little room */
   constructor({fold = false} = {}) {
@@ -219,13 +230,9 @@ export class Stage {
       hide();
     });
     hide();
-    const area = {water: 'water', ground: 'ground', support: 'support'}[mark] ?? swatch;
-    const lines = {axes: 'axes', spin: 'spin', tip: 'tip'}[mark];
-    const sign = area ? html('span', {class: `swatch ${area}`}) :
-                        svg('svg', {viewBox: '-10 -10 20 20', class: 'sign'},
-                            lines ? svg('line', {x1: -9, y1: 0, x2: 9, y2: 0, class: `mark line ${lines}`}) :
-                                    svg('g', {class: `mark ${group} point`}, symbol(mark)));
-    return html('li', {}, html('label', {}, box, sign, html('span', {class: 'words'}, words, html('small'))));
+    return html(
+        'li', {},
+        html('label', {}, box, legendSign({group, symbol: mark, swatch}), html('span', {class: 'words'}, words, html('small'))));
   }
 
   lookFrom(from) {

@@ -10,6 +10,13 @@ const kWords = {
   undecided: 'being looked at'
 };
 
+const kRests = {
+  good: 'rests as it shall',
+  bad: 'does not rest as it shall',
+  overlap: 'parts overlap in it',
+  old: 'was judged before the last edit'
+};
+
 /** On an ellipse, the first on top, or side by side where there are two. */
 function placesOf(count, width, height) {
   const x = width / 2 - 66, y = height / 2 - 50;
@@ -54,10 +61,15 @@ export class StateGraph {
     new ResizeObserver(() => this.draw()).observe(this.element);
   }
 
-  /** @param kinds  of each transition: free, overlap or undecided @param now  {state, transition} that are shown */
-  show(kinds, now) {
+  /**
+   * @param kinds  of each transition: free, overlap or undecided
+   * @param now    {state, transition} that are shown
+   * @param rests  of each state: good, bad, overlap, old, or null where it was not judged
+   */
+  show(kinds, now, rests) {
     this.kinds = kinds;
     this.now = now;
+    this.rests = rests;
     if (this.nodes) this.color();
   }
 
@@ -94,12 +106,11 @@ export class StateGraph {
 
   node({name}, n, [x, y]) {
     const node =
-        svg('g', {class: 'node', tabindex: '0', role: 'button', 'aria-label': `State ${name}`},
-            svg('circle', {cx: x, cy: y, r: kRadius}),
+        svg('g', {class: 'node', tabindex: '0', role: 'button'}, svg('circle', {cx: x, cy: y, r: kRadius}),
             svg('text', {x, y: y + 4.5, class: 'number', 'text-anchor': 'middle'}, `${n + 1}`),
             svg('text', {x, y: y < this.middle ? y - kRadius - 8 : y + kRadius + 17, class: 'name', 'text-anchor': 'middle'},
                 shortened(name)),
-            svg('title', {}, name));
+            svg('text', {x: x + kRadius - 2, y: y - kRadius + 7, class: 'rest'}), svg('title', {}, name));
     return this.answers(node, () => this.chosen.state(n));
   }
 
@@ -118,6 +129,13 @@ export class StateGraph {
       edge.setAttribute('class', `edge ${this.kinds[n]}${this.now.transition === n ? ' now' : ''}`);
       edge.setAttribute('aria-label', `Transition ${this.scene.transitions[n].name}: ${kWords[this.kinds[n]]}`);
     });
-    this.nodes.forEach((node, n) => node.setAttribute('class', `node${this.now.state === n ? ' now' : ''}`));
+    this.nodes.forEach((node, n) => {
+      const rest = this.rests[n];
+      const words = rest ? `: ${kRests[rest]}` : '';
+      node.setAttribute('class', `node${rest ? ` ${rest}` : ''}${this.now.state === n ? ' now' : ''}`);
+      node.setAttribute('aria-label', `State ${this.scene.states[n].name}${words}`);
+      node.querySelector('.rest').textContent = {good: '\u2713', bad: '\u2715', overlap: '\u2715', old: '?'}[rest] ?? '';
+      node.querySelector('title').textContent = `${this.scene.states[n].name}${words}`;
+    });
   }
 }

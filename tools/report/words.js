@@ -22,6 +22,10 @@ const kAny = {
       ['Its weight lies around the axis as a steady spin needs it.', 'Its weight lies around the axis as in a body that tumbles.'],
   stable_speeds: ['There are speeds at which it spins steadily.', 'There is no speed at which it spins steadily.'],
   simulated_tilt: ['Spun and kicked in a simulation, it stays upright.', 'Spun and kicked in a simulation, it leans over.'],
+  hinge_balance: [
+    'What turns on the hinge stays where it is left.',
+    'What turns on the hinge does not stay where it is left: its centre of mass lies beside it.'
+  ],
   hangs: ['It hangs straight.', 'It does not hang straight.'],
   righted: ['It rights itself from wherever it is let go.', 'It does not right itself from everywhere.'],
   faces: ['It comes to rest on all the faces wanted.', 'It does not come to rest on as many faces as wanted.'],

@@ -6,7 +6,9 @@
 #include <utility>
 
 #include "rayrep/base/error.h"
+#include "rayrep/judge/verify_mechanism.h"
 #include "rayrep/mesh/mesh_check.h"
+#include "rayrep/report/balance_report.h"
 #include "rayrep/report/scene_page.h"
 
 namespace rayrep::tool {
@@ -133,6 +135,18 @@ void SceneSession::check(const std::string& edit, const std::function<bool(const
   const Progress progress{.stage = {}, .cancelled = [&] { return !heard || turn.superseded(); }};
   progress.check();
   tell(found_json(scene, checker_.check(scene, options, progress), page));
+}
+
+std::string SceneSession::balance(const std::string& edit) {
+  const Scene scene = edited(object_of(edit));
+  const Latest::Turn turn(judging_, Latest::Kind::looks);
+  const Progress progress{.stage = {}, .cancelled = [&] { return turn.superseded(); }};
+  progress.check();
+  BalanceReport report{path_.filename().string(), mechanism_of(scene), {}, {}, {}};
+  // What is in one place twice would count twice.
+  require_scene({scene, misplaced(scene, progress), {}}, report.scene);
+  report.verdict = verify(report.mechanism, std::vector<const Mesh*>(scene.parts.size(), nullptr), {}, progress);
+  return balance_json(scene, report);
 }
 
 std::string SceneSession::file(const std::string& edit) const { return scene_text(edited(object_of(edit)), path_); }

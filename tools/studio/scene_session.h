@@ -27,10 +27,18 @@ public:
   /// @throws Error{usage} for ways that are none; Error{interrupted} when it was superseded by a later one
   void check(const std::string& edit, const std::function<bool(const std::string&)>& tell);
 
+  /// How it rests in its states, of the parts as they are: balance_json.
+  /// @throws Error{usage} where no state says how, or for ways that are none; Error{input} where parts overlap in a state;
+  ///         Error{interrupted} when it was superseded by a later one
+  std::string balance(const std::string& edit);
+
   /// The scene's file with these ways. @throws Error{usage}
   std::string file(const std::string& edit) const;
 
-  void end() { latest_.end(); }
+  void end() {
+    latest_.end();
+    judging_.end();
+  }
 
 private:
   Scene edited(const nlohmann::json& edit) const;
@@ -40,6 +48,7 @@ private:
   Scene scene_;
   Latest latest_;  ///< who may use the checker
   MotionChecker checker_;
+  Latest judging_;  ///< the latest look at how it rests is the one that is wanted
 };
 
 }  // namespace rayrep::tool

@@ -171,7 +171,7 @@ struct Server::Impl {
   bool refused(const Request& request, Response& response) const {
     constexpr std::size_t kLongestName = 255;
     static const std::set<std::string> kGet = {"", "mesh", "run", "result"};
-    static const std::set<std::string> kPost = {"mesh", "preview", "run", "cancel", "scene/check", "scene/file"};
+    static const std::set<std::string> kPost = {"mesh", "preview", "run", "cancel", "scene/check", "scene/file", "scene/balance"};
     if (!from_own_page(request)) {
       refuse(response, 403, "usage", "This is for pages of this address only.");
       return true;
@@ -276,6 +276,8 @@ struct Server::Impl {
       send_found(edit, response);
       return std::string();
     });
+    post("scene/balance", kMostWays_bytes,
+         [this](const Request&, const std::string& edit, Response&) { return session.scene().balance(edit); });
     post("scene/file", kMostWays_bytes,
          [this](const Request&, const std::string& edit, Response&) { return session.scene().file(edit); });
     post("run", kMostSettings_bytes, [this](const Request&, const std::string& body, Response& response) {
