@@ -367,7 +367,7 @@ def complete(page):
 
 def saved(page, folder):
     """What would be saved, as a scene of its own."""
-    text = page.js("""fetch('scene/file', {method: 'POST', body: JSON.stringify({transitions: window.rayrep.studio.transitions})})
+    text = page.js("""fetch('scene/file', {method: 'POST', body: JSON.stringify(window.rayrep.studio.edited)})
       .then(answer => answer.text())""")
     path = folder / "saved.json"
     path.write_text(text)
@@ -405,7 +405,8 @@ def check_refusals(page):
     bad = [("{", "no JSON"), ('{"transitions": []}', "no ways"), (spoilt(lambda m: m["translation"][0].update(at=[1, 2])), "a point of two numbers"),
            (spoilt(lambda m: m["translation"][0].update(at=[1, 2, 3])), "a begin that is not the state's"),
            (spoilt(lambda m: m["translation"].reverse()), "times that do not ascend"),
-           (spoilt(lambda m: m["rotation"][0].update(rotation=[0, 0, 0, 0])), "a rotation that is none")]
+           (spoilt(lambda m: m["rotation"][0].update(rotation=[0, 0, 0, 0])), "a rotation that is none"),
+           (json.dumps({**good, "states": []}), "another number of states"), (json.dumps({**good, "states": [{"poses": []}] * 2}), "a state without parts")]
     for body, words in bad:
         _, lines = post(page, "scene/check", body)
         expect(len(lines) == 1 and lines[0].get("error", {}).get("kind") == "usage", f"{words} is refused: {lines[0]}")
@@ -510,6 +511,55 @@ def check_judging(page):
     expect(nodes(page) == "good,good,bad,", f"the graph has the balance of the parts as they are: {nodes(page)}")
 
 
+def put(page, *values):
+    """Types where the part that is chosen shall be in its state."""
+    page.js(f"""({json.dumps([str(value) for value in values])}.forEach((text, n) => {{
+      document.querySelectorAll('.numbers input')[n].value = text;
+    }}), document.querySelectorAll('.numbers input')[2].dispatchEvent(new Event('change')))""")
+    complete(page)
+
+
+def check_states(page, tool, folder):
+    """A part is dragged in a state; the ways that end there, what overlaps, and the balance follow."""
+    arm = "scene.states[2].poses[1]"
+    page.js("document.querySelectorAll('.graph .node')[2].dispatchEvent(new MouseEvent('click'))")
+    page.js("document.querySelectorAll('.keying .part')[1].click()")
+    page.wait("!document.querySelector('.handle').hidden", "the handle")
+    before, others, pose = page.of(f"{arm}.translation"), page.of("scene.states.slice(0, 2)"), page.of("view.orbit.pose()")
+    page.drag(".handle", (-60, 0))
+    complete(page)
+    judged(page)
+    after = page.of(f"{arm}.translation")
+    by = [b - a for a, b in zip(before, after)]
+    expect(dot(by, pose["aside"]) < -5 and abs(dot(by, pose["above"])) < 1e-6 * math.hypot(*by), f"a part is dragged in a state: {by}")
+    ends = page.of("scene.transitions[0].motions[1].translation")
+    middle = page.of("posesAt({transition: 0, time: 0.5, state: null})[1].translation")
+    expect(ends[-1]["at"] == after and ends[0]["at"] == [0, 0, 80] and math.dist(middle, [(a + b) / 2 for a, b in zip(ends[0]["at"], after)]) < 1e-9,
+           "the way that ends there ends there still, straight")
+    expect(page.of("scene.states.slice(0, 2)") == others, "other states stay")
+    is_as_told(page, tool, folder, "the check has followed")
+    put(page, 10, 0, 80)
+    judged(page)
+    expect(nodes(page) == "good,good,good,", f"nearer to the tower it stands: {nodes(page)}")
+    expect(balanced(tool, folder, saved(page, folder).name, "--as-is")["states"][2]["pass"], "in the scene that is saved, too")
+    put(page, 10, 0, 60)
+    expect(nodes(page).split(",")[2] == "overlap" and "tower and arm overlap" in page.js("document.querySelector('.graph-around + * + .collisions').textContent"),
+           f"where parts overlap in a state that is told: {nodes(page)}")
+    page.wait("document.querySelector('p.refusal')?.textContent.includes('overlap')", "the balance that is refused")
+    page.look("state-overlap")
+    for _ in range(3):
+        page.chromium.key("z", "KeyZ", control=True)
+    complete(page)
+    judged(page)
+    expect(page.of(f"{arm}.translation") == before and nodes(page) == "good,good,bad,", f"undo takes it all back: {nodes(page)}")
+    page.js("window.rayrep.studio.put(1, 'rotation')")
+    page.drag(".handle", (0, 40))
+    complete(page)
+    turn = page.of(f"{arm}.rotation")
+    end = page.of("scene.transitions[0].motions[1].rotation").pop()["rotation"]
+    expect(abs(turn[0]) < 0.999 and end == turn, f"and it is turned: {turn}")
+
+
 def check_studio(chromium, pictures, tool, folder):
     scene = passing(folder)
     with Server(tool, folder, scene.name) as server:
@@ -529,6 +579,8 @@ def check_studio(chromium, pictures, tool, folder):
         chromium.local += (server.address,)
         chromium.visit(server.address)
         check_judging(page)
+        check_states(page, tool, folder)
+        expect(chromium.complaints() == [], f"nothing is complained of {chromium.complaints()[:3]}")
     with Server(tool, folder) as server:
         chromium.local += (server.address,)
         chromium.visit(server.address)

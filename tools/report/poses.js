@@ -114,6 +114,42 @@ export function keyMoved(motion, kind, n, to) {
   return {...motion, [kind]: changed};
 }
 
+/** A way that begins or ends elsewhere. @param end  0 or 1 @param pose  {rotation, translation} */
+export function endMoved({translation, rotation}, end, pose) {
+  const last = keys => end ? keys.length - 1 : 0;
+  return {
+    translation: translationMoved(translation, last(translation), {time: end, at: pose.translation}),
+    rotation: rotation.map((key, n) => n === last(rotation) ? {time: end, rotation: pose.rotation} : key)
+  };
+}
+
+/** A scene with a part elsewhere in a state, and on the ways that begin or end there. @returns {states, transitions} */
+export function partPut({states, transitions}, state, part, pose) {
+  const changed = (list, n, one) => list.map((old, k) => k === n ? one : old);
+  return {
+    states: changed(states, state, {...states[state], poses: changed(states[state].poses, part, pose)}),
+    transitions: transitions.map(way => {
+      const ends = [way.from, way.to].flatMap((n, end) => n === state ? [end] : []);
+      if (!ends.length) return way;
+      const motion = ends.reduce((moved, end) => endMoved(moved, end, pose), way.motions[part]);
+      return {...way, motions: changed(way.motions, part, motion)};
+    })
+  };
+}
+
+/** The axis about which a part turns on a way that begins or ends in a state; null: on none. */
+export function axisAt({transitions}, state, part) {
+  for (const {from, to, motions} of transitions) {
+    if (from !== state && to !== state) continue;
+    const {axis, angle} = turnOf(motions[part].rotation);
+    if (angle > 1e-6) return axis;
+  }
+  return null;
+}
+
+/** From its begin to its end. */
+export const turnOf = keys => axisOf(times(keys.at(-1).rotation, keys[0].rotation.map((x, n) => n ? -x : x)));
+
 /** The same way with one more key. @returns {motion, number}, or null where there is one already */
 export function keyAdded(motion, kind, time) {
   const keys = motion[kind];

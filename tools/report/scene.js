@@ -39,7 +39,8 @@ export class ScenePage {
     this.names = this.parts.map(({name}) => name);
     this.found = data.found;
     this.balance = data.balance ?? null;
-    this.balanceOld = 0;  // edits since it was judged
+    this.balanceOld = 0;    // edits since it was judged
+    this.misplaced = null;  // in the studio: of each state what overlaps there, in words
     this.chosen = null;
     const [first] = this.byWorst();
     const transition = first?.pair.transition ?? (this.scene.transitions.length ? 0 : null);
@@ -75,6 +76,7 @@ export class ScenePage {
     this.graph = new StateGraph(this.scene, {state: n => this.goState(n), transition: n => this.goTransition(n)});
     this.told = html('div', {class: 'told', role: 'status'});
     this.list = html('ul', {class: 'collisions'});
+    this.clashes = html('ul', {class: 'collisions'});
     this.marked = html('ul', {class: 'legend marked'});
     this.beside = html('div', {class: 'panels'}, this.panels());
     const warning = this.view ?
@@ -106,8 +108,8 @@ export class ScenePage {
           panel(
               'States', this.graph.element,
               html(
-                  'p', {class: 'fine'},
-                  'Arrows: the ways between them; green where no part gets into another, red where some do.')),
+                  'p', {class: 'fine'}, 'Arrows: the ways between them; green where no part gets into another, red where some do.'),
+              this.clashes),
       this.balancePanel.element, panel('Collisions', this.list),
       panel('Parts', html('ul', {class: 'parts'}, swatches, this.view?.hasCavities ? cavities : null))
     ];
@@ -451,12 +453,21 @@ export class ScenePage {
   /** The states by colour, their verdicts in words, and what is marked of the one that is shown. */
   showRest() {
     const {now, balance, balanceOld} = this;
+    this.clashes.replaceChildren(...(this.misplaced ?? []).map(({state, message}) => {
+      const line = button('', () => this.goState(state), {class: 'plain line overlap'});
+      line.append(units(message));
+      return html('li', {}, line);
+    }));
     const key = `${now.state} ${balanceOld}`;
     if (this.markedOf === key) return;
     this.markedOf = key;
     if (balance) this.balancePanel.show(balance, this, balanceOld);
     const found = this.marks();
-    this.overlay?.show(found?.items ?? []);
+    const clashes = (now.state === null ? [] : this.misplaced ?? []).filter(({state}) => state === now.state);
+    this.overlay?.show([
+      ...(found?.items ?? []),
+      ...clashes.map(({place_mm}) => ({group: 'defects', kind: 'point', symbol: 'mark', at: place_mm, label: 'overlap'}))
+    ]);
     this.marked.replaceChildren(...(this.view && found ? found.legend : [])
                                     .map(
                                         entry => html(
@@ -469,6 +480,7 @@ export class ScenePage {
 
   restKinds() {
     return this.scene.states.map((_, n) => {
+      if (this.misplaced?.some(({state}) => state === n)) return 'overlap';
       const rest = restOf(this.balance, n);
       return rest && (this.balanceOld ? 'old' : rest.pass ? 'good' : 'bad');
     });

@@ -1,11 +1,12 @@
-// A scene in the studio: keys of the ways are dragged, on the timeline and in the view; the check follows in the background.
+// A scene in the studio: keys of the ways and parts in their states are dragged, on the timeline and in the view; the check follows
+// in the background.
 
 import {meshesOfParts} from './data.js';
 import {cross, dot, length, plus} from './geometry.js';
 import {History} from './history.js';
 import {svg} from './overlay.js';
 import {button, html} from './panels.js';
-import {axisOf, keyAdded, keyMoved, keyRemoved, moves, placedBy, poseAt, times, turnAbout} from './poses.js';
+import {axisAt, axisOf, keyAdded, keyMoved, keyRemoved, moves, partPut, placedBy, poseAt, times, turnAbout, turnOf} from './poses.js';
 import {save} from './save.js';
 import {ScenePage} from './scene.js';
 import {Checks, Refusal, sceneBalance, sceneFile} from './server.js';
@@ -35,16 +36,17 @@ export function mountScene(root, begin) {
 export class SceneStudio {
   constructor(page) {
     this.page = page;
-    this.history = new History(page.scene.transitions, JSON.stringify);
+    this.history = new History(this.edited, JSON.stringify);
     this.base = null;  // what was found before the last edit
-    this.key = null;   // {part, kind, number} that is edited, of the way that is shown
+    // What is edited: {part, kind, number} of the way that is shown, or {part, kind, state}. Kind: translation or rotation.
+    this.key = null;
     this.effect = null;
-    this.checks = new Checks((transitions, answer) => this.told(transitions, answer));
+    this.checks = new Checks((edit, answer) => this.told(edit, answer));
     this.judged = null;  // the states whose balance was asked for last
     this.build();
     page.shown.push(() => this.show());
     page.drawn.push(project => this.place(project));
-    this.follow(page.scene.transitions);
+    this.follow(this.history.now);
   }
 
   // ------------------------------------------------------------------------------------------------------------------ building
@@ -82,54 +84,78 @@ export class SceneStudio {
   get transitions() {
     return this.page.scene.transitions;
   }
+  /** What can be edited of the scene. */
+  get edited() {
+    const {states, transitions} = this.page.scene;
+    return {states, transitions};
+  }
   get motions() {
     return this.transitions[this.page.now.transition]?.motions;
   }
 
   // --------------------------------------------------------------------------------------------------------------------- edits
 
-  /** @param held  the hand is still moving it */
-  edit(part, motion, held) {
+  editWay(part, motion, held) {
     const {transition} = this.page.now;
     const transitions = this.transitions.map(
         (way, n) => n === transition ? {...way, motions: way.motions.map((old, k) => k === part ? motion : old)} : way);
+    this.edit({...this.edited, transitions}, held);
+  }
+
+  /** @param held  the hand is still moving it */
+  edit(edited, held) {
     if (!this.holding && this.page.found.stage === 'complete') this.base = this.page.found;
     this.holding = held;
-    if (!held) this.history.step(transitions);
-    this.follow(transitions);
+    if (!held) this.history.step(edited);
+    this.follow(edited);
   }
 
   /** The page as edited, with what was found before, until it is known better. */
-  follow(transitions) {
-    this.page.scene = {...this.page.scene, transitions};
-    this.page.draw();
+  follow(edited) {
+    const {page} = this;
+    const statesMoved = edited.states !== page.scene.states;
+    page.scene = {...page.scene, ...edited};
+    if (statesMoved && !this.holding) this.grewOld();
+    page.draw();
     this.problem.hidden = true;
     this.state.textContent = 'Looking for collisions \u2026';
-    this.checks.want(transitions);
+    this.checks.want(edited);
+  }
+
+  /** The balance that is shown is that of before one more edit. */
+  grewOld() {
+    const {page} = this;
+    if (!page.balance) return;
+    page.tellBalance(page.balance, page.balanceOld + 1);
+    page.balancePanel.tell(`Judged before the last ${
+        page.balanceOld === 1 ? 'edit' : `${page.balanceOld} edits`}; it is judged again once collisions are known.`);
   }
 
   go(by) {
     if (!this.history.go(by)) return;
     if (this.page.found.stage === 'complete') this.base = this.page.found;
-    if (this.key && !this.history.now[this.page.now.transition]?.motions[this.key.part][this.key.kind][this.key.number])
+    const {key, history: {now}} = this;
+    if (key?.number !== undefined && !now.transitions[this.page.now.transition]?.motions[key.part][key.kind][key.number])
       this.key = null;
-    this.follow(this.history.now);
+    this.holding = false;
+    this.follow(now);
   }
 
-  told(transitions, answer) {
+  told(edit, answer) {
     if (answer instanceof Refusal) {
       this.problem.textContent = answer.message;
       this.problem.hidden = false;
       this.state.textContent = '';
       return;
     }
+    if (answer.misplaced) this.page.misplaced = answer.misplaced;
     this.page.tell(answer, this.page.scene);
     if (answer.stage !== 'complete') return;
-    this.judge();
+    if (!this.holding) this.judge();
     const all = answer.pairs.length;
     this.state.textContent =
         `Checked; ${answer.kept} of ${all} ${all === 1 ? 'pair' : 'pairs'} did not have to be looked at again.`;
-    if (transitions !== this.transitions) return;
+    if (edit.transitions !== this.transitions) return;
     const {chosen} = this.page;
     const effect = (this.base && sideEffect(this.base.pairs, answer.pairs, answer.tolerance)) ??
         (this.effect && stillThere(this.effect, answer.pairs));
@@ -143,9 +169,13 @@ export class SceneStudio {
     const {states} = page.scene;
     if (this.judged === states || !states.some(({rests}) => rests)) return;
     this.judged = states;
+    if (page.misplaced?.length) {
+      page.balancePanel.tell('Not judged: parts overlap in a state, and what is in one place twice would weigh twice.', true);
+      return;
+    }
     page.balancePanel.tell('Whether it rests is being judged \u2026');
     try {
-      const balance = await sceneBalance({transitions: this.transitions});
+      const balance = await sceneBalance(this.edited);
       if (this.judged !== states) return;
       page.tellBalance(balance);
       page.balancePanel.tell(
@@ -157,7 +187,7 @@ export class SceneStudio {
 
   async save() {
     try {
-      save(await sceneFile(this.transitions), this.page.data.title.replace(/^.*\//, ''));
+      save(await sceneFile(this.edited), this.page.data.title.replace(/^.*\//, ''));
     } catch (error) {
       this.problem.textContent = error.message;
       this.problem.hidden = false;
@@ -229,8 +259,10 @@ export class SceneStudio {
     const {page, motions, history} = this;
     this.undoButton.disabled = !history.can(-1);
     this.redoButton.disabled = !history.can(1);
-    if (page.now.transition !== this.keyWay) this.key = null;
-    this.keyWay = page.now.transition;
+    const {transition, state} = page.now;
+    if (this.key && (this.key.state === undefined ? transition !== this.keyWay : state !== this.key.state)) this.key = null;
+    this.keyWay = transition;
+    this.showFields();
     if (!motions) return;
     const kinds = {translation: 'moves', rotation: 'turns'};
     const rows = motions.flatMap(
@@ -246,8 +278,7 @@ export class SceneStudio {
       add: (part, kind) => this.add(part, kind),
       remove: key => this.remove(key)
     });
-    this.showFields();
-    const path = this.key?.kind === 'translation' ? this.path(this.key.part) : null;
+    const path = this.key?.number !== undefined && this.key.kind === 'translation' ? this.path(this.key.part) : null;
     if (page.view && path) page.view.show({...page.view.moment, path});
   }
 
@@ -255,10 +286,27 @@ export class SceneStudio {
     return Array.from({length: kPathPieces + 1}, (_, n) => this.anchor(part, n / kPathPieces));
   }
 
-  /** The middle of a part, at a time. */
+  /** The middle of a part, at a time of the way that is shown. */
   anchor(part, time) {
+    return this.middle(part, poseAt(this.motions[part], time));
+  }
+
+  middle(part, pose) {
     const {box: [low, high], pivot_mm} = this.page.parts[part];
-    return placedBy(poseAt(this.motions[part], time), pivot_mm, low.map((x, k) => (x + high[k]) / 2));
+    return placedBy(pose, pivot_mm, low.map((x, k) => (x + high[k]) / 2));
+  }
+
+  /** As `key` has it: {time, at} or {time, rotation}; in a state without a time. */
+  valueOf({part, kind, number, state}) {
+    if (state === undefined) return this.motions[part][kind][number];
+    const {translation, rotation} = this.page.scene.states[state].poses[part];
+    return kind === 'translation' ? {at: translation} : {rotation};
+  }
+
+  /** Where the part is then. */
+  poseOf(key) {
+    if (key.state !== undefined) return this.page.scene.states[key.state].poses[key.part];
+    return poseAt(this.motions[key.part], this.valueOf(key).time);
   }
 
   choose(key) {
@@ -266,16 +314,22 @@ export class SceneStudio {
     this.page.goTime(this.motions[key.part][key.kind][key.number].time);
   }
 
-  isFixed({part, kind, number}) {
+  isFixed({part, kind, number, state}) {
+    if (state !== undefined) return false;
     return number === 0 || number === this.motions[part][kind].length - 1;
   }
 
   change(key, to, held) {
-    const {part, kind, number} = key;
+    const {part, kind, number, state} = key;
     if (this.isFixed(key)) return;
+    if (state !== undefined) {
+      const {translation, rotation} = this.poseOf(key);
+      this.edit(partPut(this.edited, state, part, {translation: to.at ?? translation, rotation: to.rotation ?? rotation}), held);
+      return;
+    }
     const motion = keyMoved(this.motions[part], kind, number, to);
     this.page.now = {...this.page.now, time: motion[kind][number].time, state: null};
-    this.edit(part, motion, held);
+    this.editWay(part, motion, held);
   }
 
   add(part, kind) {
@@ -285,63 +339,114 @@ export class SceneStudio {
       return;
     }
     this.key = {part, kind, number: added.number};
-    this.edit(part, added.motion, false);
+    this.editWay(part, added.motion, false);
   }
 
   remove(key) {
-    if (this.isFixed(key)) return;
+    if (key.state !== undefined || this.isFixed(key)) return;
     this.key = null;
-    this.edit(key.part, keyRemoved(this.motions[key.part], key.kind, key.number), false);
+    this.editWay(key.part, keyRemoved(this.motions[key.part], key.kind, key.number), false);
   }
 
   // -------------------------------------------------------------------------------------------------------------------- fields
 
   showFields() {
     const {key, page} = this;
-    const name =
-        key ? `${key.part} ${key.kind} ${key.number} ${this.motions[key.part][key.kind].length} ${page.now.transition}` : '';
+    const name = key?.state !== undefined ? `${key.part} ${key.kind} in ${key.state}` :
+        key ? `${key.part} ${key.kind} ${key.number} ${this.motions[key.part][key.kind].length} ${page.now.transition}` :
+              `${page.now.state}`;
     if (name !== this.fieldsOf) this.buildFields();
     this.fieldsOf = name;
     if (!key) return;
-    const values = this.valuesOf(this.motions[key.part][key.kind][key.number]);
+    const values = this.valuesOf(this.valueOf(key));
     this.inputs.forEach((input, n) => {
       if (input !== document.activeElement) input.value = +values[n].toFixed(3);
     });
   }
 
   valuesOf({time, at, rotation}) {
-    if (at) return [100 * time, ...at];
+    const begin = time === undefined ? [] : [100 * time];
+    if (at) return [...begin, ...at];
     const {axis, angle} = axisOf(rotation);
-    return [100 * time, ...axis, angle * 180 / Math.PI];
+    return [...begin, ...axis, angle * 180 / Math.PI];
   }
 
   buildFields() {
     const {key, page} = this;
+    this.inputs = [];
     if (!key) {
-      this.inputs = [];
-      this.fields.replaceChildren(html(
-          'p', {class: 'fine'},
-          'Choose a key below the timeline to edit it, or add one at the time that is shown. The first and the last are those of the states.'));
+      this.fields.replaceChildren(...this.invitation());
       return;
     }
-    const fixed = this.isFixed(key);
-    const names =
-        ['time, %', ...(key.kind === 'translation' ? ['x, mm', 'y, mm', 'z, mm'] : ['axis x', 'axis y', 'axis z', 'degrees'])];
+    const inState = key.state !== undefined, fixed = this.isFixed(key);
+    const names = [
+      ...(inState ? [] : ['time, %']),
+      ...(key.kind === 'translation' ? ['x, mm', 'y, mm', 'z, mm'] : ['axis x', 'axis y', 'axis z', 'degrees'])
+    ];
     this.inputs = names.map(words => html('input', {type: 'number', step: 'any', 'aria-label': words, disabled: fixed}));
     for (const input of this.inputs) input.addEventListener('change', () => this.typed());
-    const words = key.kind === 'translation' ? 'is moved by' : 'is turned about its pivot';
+    const where = inState ? `, in the state '${page.scene.states[key.state].name}',` : '';
+    const words = `${key.kind === 'translation' ? 'is moved by' : 'is turned about its pivot'}${fixed ? ', as in its state' : ''}:`;
     this.fields.replaceChildren(
-        html('p', {}, html('b', {}, page.names[key.part]), ` ${words}${fixed ? ', as in its state' : ''}:`),
+        html('p', {}, html('b', {}, page.names[key.part]), `${where} ${words}`),
         html('div', {class: 'numbers'}, this.inputs.map((input, n) => html('label', {}, html('small', {}, names[n]), input))),
-        fixed ? '' : html('div', {class: 'buttons'}, button('Remove key', () => this.remove(this.key), {title: 'Delete'})));
+        html('div', {class: 'buttons'}, this.doings(fixed, inState)));
+  }
+
+  /** What can be done with what is edited. */
+  doings(fixed, inState) {
+    const {key} = this;
+    if (inState) {
+      const other = key.kind === 'translation' ? ['Turn it', 'rotation'] : ['Move it', 'translation'];
+      return [
+        button(other[0], () => this.put(key.part, other[1])),
+        button(
+            'Another part',
+            () => {
+              this.key = null;
+              this.page.draw();
+            })
+      ];
+    }
+    if (!fixed) return [button('Remove key', () => this.remove(key), {title: 'Delete'})];
+    const {from, to} = this.transitions[this.page.now.transition];
+    return [button('Edit the state', () => {
+      this.page.goState(key.number === 0 ? from : to);
+      this.put(key.part, key.kind);
+    })];
+  }
+
+  /** Where nothing is chosen. */
+  invitation() {
+    const {page: {now, scene, names}} = this;
+    if (now.state === null || !scene.states[now.state])
+      return [html(
+          'p', {class: 'fine'},
+          'Choose a key below the timeline to edit it, or add one at the time that is shown. The first and the last are those of ' +
+              'the states: go to a state to edit it.')];
+    return [
+      html(
+          'p', {}, 'Move a part in the state ', html('b', {}, scene.states[now.state].name),
+          ', with all ways that begin or end there:'),
+      html(
+          'div', {class: 'buttons'},
+          names.map((name, part) => button(name, () => this.put(part, 'translation'), {class: 'plain part'})))
+    ];
+  }
+
+  /** Chooses a part in the state that is shown. */
+  put(part, kind) {
+    this.key = {part, kind, state: this.page.now.state};
+    this.page.draw();
   }
 
   typed() {
     const values = this.inputs.map(({value}) => Number.parseFloat(value));
     if (!values.every(Number.isFinite)) return;
-    const [time, ...rest] = values;
+    const inState = this.key.state !== undefined;
+    const [time, ...rest] = inState ? [0, ...values] : values;
     const to = this.key.kind === 'translation' ? {at: rest} : {rotation: turnAbout(rest.slice(0, 3), rest[3] * Math.PI / 180)};
-    this.change(this.key, {time: time / 100, ...to}, false);
+    this.change(this.key, inState ? to : {time: time / 100, ...to}, false);
   }
 
   // ----------------------------------------------------------------------------------------------------------------- in the view
@@ -355,13 +460,14 @@ export class SceneStudio {
       this.sized = `${width} ${height}`;
     }
     if (handle.hidden) return;
-    const [x, y] = project(this.anchor(key.part, this.motions[key.part][key.kind][key.number].time));
+    const [x, y] = project(this.middle(key.part, this.poseOf(key)));
     handle.style.translate = `${x}px ${y}px`;
     handle.className = `handle ${key.kind}${x < 140 ? ' at-left' : ''}${this.held ? ' held' : ''}`;
     handle.querySelector('path').setAttribute('d', kSigns[key.kind]);
     handle.setAttribute(
         'aria-label', key.kind === 'translation' ? 'Drag the part; arrow keys move it' : 'Turn the part; arrow keys turn it');
-    const [, ...values] = this.valuesOf(this.motions[key.part][key.kind][key.number]);
+    const {time, ...value} = this.valueOf(key);
+    const values = this.valuesOf(value);
     handle.dataset.told =
         key.kind === 'translation' ? `${values.map(x => short(x)).join(', ')} mm` : `${short(values[3], 1)}\u00b0`;
   }
@@ -384,8 +490,8 @@ export class SceneStudio {
   turnBy([x, y], {place, axis, free}) {
     const {view, parts} = this.page;
     const {aside, above} = view.orbit.pose();
-    const {part, number} = this.key;
-    const {translation} = poseAt(this.motions[part], this.motions[part].rotation[number].time);
+    const {part} = this.key;
+    const {translation} = this.poseOf(this.key);
     const arm = plus(plus(place, parts[part].pivot_mm, -1), translation, -1);
     const way = cross(axis, arm);  // for one radian
     const [u, v] = [dot(way, aside), dot(way, above)];
@@ -395,11 +501,14 @@ export class SceneStudio {
 
   /** @param free  it is not held to the axis of its way */
   begin(free) {
-    const {part, kind, number} = this.key;
-    const key = this.motions[part][kind][number];
-    const keys = this.motions[part].rotation;
-    const {axis, angle} = axisOf(times(keys.at(-1).rotation, keys[0].rotation.map((x, n) => n ? -x : x)));
-    return {key, place: this.anchor(part, key.time), axis, free: free || angle < 1e-6};
+    const {key, page} = this;
+    const place = this.middle(key.part, this.poseOf(key));
+    if (key.state !== undefined) {
+      const axis = axisAt(page.scene, key.state, key.part);
+      return {key: this.valueOf(key), place, axis: axis ?? [0, 0, 1], free: free || !axis};
+    }
+    const {axis, angle} = turnOf(this.motions[key.part].rotation);
+    return {key: this.valueOf(key), place, axis, free: free || angle < 1e-6};
   }
 
   drags() {

@@ -78,7 +78,7 @@ const kLongCheck_ms = 1500;
 
 /** Has a scene looked at after edits: one at a time, then the last that was wanted meanwhile. Answers come coarse first. */
 export class Checks {
-  /** @param told  called with the ways that were looked at, and what is known so far or a Refusal */
+  /** @param told  called with the edit that was looked at, and what is known so far or a Refusal */
   constructor(told) {
     this.told = told;
     this.sequence = 0;
@@ -86,8 +86,9 @@ export class Checks {
     this.next = null;
   }
 
-  want(transitions) {
-    this.next = transitions;
+  /** @param edit  {states, transitions} */
+  want(edit) {
+    this.next = edit;
     if (!this.busy)
       this.work();
     else if (performance.now() - this.begun > kLongCheck_ms)
@@ -101,7 +102,7 @@ export class Checks {
       this.next = null;
       this.begun = performance.now();
       const {signal} = this.inFlight = new AbortController();
-      const body = JSON.stringify({sequence: ++this.sequence, transitions: wanted});
+      const body = JSON.stringify({sequence: ++this.sequence, ...wanted});
       try {
         await eachLine(await ask('scene/check', {method: 'POST', body, signal}), found => this.told(wanted, found));
       } catch (error) {
@@ -120,8 +121,7 @@ export class Checks {
 }
 
 /** The scene's file as it is after edits. */
-export const sceneFile = async transitions =>
-    (await ask('scene/file', {method: 'POST', body: JSON.stringify({transitions})})).text();
+export const sceneFile = async edit => (await ask('scene/file', {method: 'POST', body: JSON.stringify(edit)})).text();
 
 /** How the scene rests in its states, of the parts as they are. @throws Refusal */
 export async function sceneBalance(edit) {

@@ -83,6 +83,41 @@ void require_ends(const Motion& motion, const PartPose& from, const PartPose& to
   if (!meets(motion.at(0), from) || !meets(motion.at(1), to)) refuse("'" + part + "' does not begin and end in the states");
 }
 
+/// Puts the parts where an edit has them in the states; an edit without states leaves them.
+void put_parts(const Json& edit, Scene& scene) {
+  if (!edit.contains("states")) return;
+  const Json& states = edit["states"];
+  if (!states.is_array() || states.size() != scene.states.size()) refuse("it has another number of states");
+  for (std::size_t n = 0; n < scene.states.size(); ++n) {
+    const Json& poses = member(states[n], "poses");
+    if (!poses.is_array() || poses.size() != scene.parts.size()) refuse("a state has another number of parts");
+    for (std::size_t p = 0; p < scene.parts.size(); ++p)
+      scene.states[n].poses[p] = {rotation_of(member(poses[p], "rotation")), point_of(member(poses[p], "translation"))};
+  }
+}
+
+bool same_states(const Scene& a, const Scene& b) {
+  const auto same_pose = [](const PartPose& x, const PartPose& y) {
+    return x.rotation.coeffs() == y.rotation.coeffs() && x.translation_mm == y.translation_mm;
+  };
+  return std::equal(a.states.begin(), a.states.end(), b.states.begin(), b.states.end(),
+                    [&](const SceneState& x, const SceneState& y) {
+                      return std::equal(x.poses.begin(), x.poses.end(), y.poses.begin(), y.poses.end(), same_pose);
+                    });
+}
+
+/// What overlaps in the states. @param states  without ways
+Json json_of(const std::vector<SceneProblem>& problems, const Scene& states) {
+  Json json = Json::array();
+  for (const SceneProblem& problem : problems) {
+    std::size_t n = 0;
+    while (n < states.states.size() && problem.where != "states, " + states.states[n].name) ++n;
+    const Eigen::Vector3d place = problem.place_mm.value_or(Eigen::Vector3d::Zero());
+    json.push_back({{"state", n}, {"message", problem.message}, {"place_mm", {place.x(), place.y(), place.z()}}});
+  }
+  return json;
+}
+
 /// Most of what would be sent, and only wanted once all is known.
 MotionReport without_contours(MotionReport report) {
   for (PairMotion& pair : report.pairs)
@@ -108,6 +143,7 @@ std::string SceneSession::start() const {
 
 Scene SceneSession::edited(const Json& edit) const {
   Scene scene = scene_;
+  put_parts(edit, scene);
   const Json& transitions = edit.at("transitions");
   if (transitions.size() != scene.transitions.size()) refuse("it has another number of ways");
   for (std::size_t t = 0; t < scene.transitions.size(); ++t) {
@@ -134,7 +170,18 @@ void SceneSession::check(const std::string& edit, const std::function<bool(const
   };
   const Progress progress{.stage = {}, .cancelled = [&] { return !heard || turn.superseded(); }};
   progress.check();
-  tell(found_json(scene, checker_.check(scene, options, progress), page));
+  Json found = Json::parse(found_json(scene, checker_.check(scene, options, progress), page));
+  found["misplaced"] = clashes(scene, progress);
+  tell(found.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+const Json& SceneSession::clashes(const Scene& scene, const Progress& progress) {
+  if (clashes_ && same_states(scene, clashing_)) return *clashes_;
+  clashes_.reset();
+  clashing_ = scene;
+  clashing_.transitions.clear();
+  clashes_ = json_of(misplaced(clashing_, progress), clashing_);
+  return *clashes_;
 }
 
 std::string SceneSession::balance(const std::string& edit) {

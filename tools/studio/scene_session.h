@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "latest.h"
@@ -22,7 +23,7 @@ public:
   /// {"data": ..., "blocks": ...} of the page, with nothing found yet.
   std::string start() const;
 
-  /// Looks for collisions on ways as a page has them.
+  /// Looks for collisions on ways as a page has them, and last for parts that overlap in its states.
   /// @param tell  takes what is known so far as JSON, without ends of lines, ever sharper; false: nobody listens any more
   /// @throws Error{usage} for ways that are none; Error{interrupted} when it was superseded by a later one
   void check(const std::string& edit, const std::function<bool(const std::string&)>& tell);
@@ -32,7 +33,7 @@ public:
   ///         Error{interrupted} when it was superseded by a later one
   std::string balance(const std::string& edit);
 
-  /// The scene's file with these ways. @throws Error{usage}
+  /// The scene's file with these ways and states. @throws Error{usage}
   std::string file(const std::string& edit) const;
 
   void end() {
@@ -42,13 +43,16 @@ public:
 
 private:
   Scene edited(const nlohmann::json& edit) const;
+  const nlohmann::json& clashes(const Scene& scene, const Progress& progress);
 
   std::filesystem::path path_;
   MotionCheckOptions options_;
   Scene scene_;
   Latest latest_;  ///< who may use the checker
   MotionChecker checker_;
-  Latest judging_;  ///< the latest look at how it rests is the one that is wanted
+  Scene clashing_;                         ///< without ways, and
+  std::optional<nlohmann::json> clashes_;  ///< what overlaps in its states
+  Latest judging_;                         ///< the latest look at how it rests is the one that is wanted
 };
 
 }  // namespace rayrep::tool
