@@ -4,13 +4,15 @@
 #include <cassert>
 #include <cmath>
 
+#include "base/text.h"
 #include "judge/figures.h"
-#include "judge/verify_detail.h"
+#include "judge/parts_off.h"
 
 namespace rayrep {
 namespace {
 
 using namespace verify_detail;
+using Eigen::Vector3d;
 
 /// A part taken apart, in its own frame.
 struct Delivered {
@@ -21,33 +23,80 @@ struct Delivered {
 Delivered judge_part(const MechanismPart& part, const Mesh* original, const Limits& limits, const Progress& progress,
                      Verdict& verdict) {
   const Surface surface = judge_surface(part.mesh, original, progress, verdict);
-  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  // of a part by itself
+  const Vector3d up = Vector3d::UnitZ();  // of a part by itself
   add_surface_criteria(surface, {original != nullptr, part.print, up, limits.wall_ratio}, progress, verdict);
   const Moments s = mesh_moments(surface.material);
   verdict.body = mass_properties(s, part.print.density_g_cm3);
   return {surface.outer, 1e-3 * part.print.density_g_cm3 * s};
 }
 
+PlacedPart placed(const MechanismPart& part, const Moments& s) {
+  return {part.name, s[M1], s.segment<3>(MX) / s[M1], part.printed};
+}
+
 /// What turns on a hinge: how far its centre of mass lies beside the vertical plane through the axis.
-void judge_hinge(const HingeBalance& hinge, const MechanismState& state, const std::vector<Delivered>& parts, const Limits& limits,
-                 Verdict& verdict) {
-  Moments s = Moments::Zero();
+void judge_hinge(const HingeBalance& hinge, const PlacedState& in, const std::vector<Delivered>& parts, Verdict& verdict) {
+  Vector3d centre = Vector3d::Zero();
+  double mass_g = 0;
   Eigen::AlignedBox3d box;
+  std::string names;
   for (const std::size_t n : hinge.parts) {
-    s += moment_map(state.poses[n]) * parts[n].s;
-    box.extend(bounding_box(transformed(parts[n].outer, state.poses[n])));
+    const PlacedPart& part = in.parts[n];
+    mass_g += part.mass_g;
+    centre += part.mass_g * part.centre_mm;
+    box.extend(bounding_box(transformed(parts[n].outer, in.state.poses[n])));
+    names += (names.empty() ? "'" : ", '") + part.name + "'";
   }
-  const Eigen::Vector3d up = state.rests.up_or(Eigen::Vector3d::UnitZ());
-  const Eigen::Vector3d across = hinge.axis.cross(up).normalized();
-  const Eigen::Vector3d centre = s.segment<3>(MX) / s[M1];
-  const double beside = std::abs(across.dot(centre - hinge.point_mm));
+  centre /= mass_g;
+  const Vector3d up = in.state.rests.up_or(Vector3d::UnitZ());
+  const double beside = std::abs(hinge.axis.cross(up).normalized().dot(centre - hinge.point_mm));
   const auto place = 1 + std::count_if(verdict.criteria.begin(), verdict.criteria.end(),
                                        [](const Criterion& c) { return c.name == "hinge_balance"; });
-  verdict.figures.push_back(
-      {.name = "hinge_" + std::to_string(place) + "_centre_of_mass_mm", .words = "", .unit = Unit::mm, .value = list(centre)});
+  const std::string prefix = "hinge_" + std::to_string(place) + "_";
+  const double off = hinge_off_mm(in, hinge);
+  verdict.figures.push_back({.name = prefix + "centre_of_mass_mm", .words = "", .unit = Unit::mm, .value = list(centre)});
+  verdict.figures.push_back({.name = prefix + "beside_mm", .words = "", .unit = Unit::mm, .value = beside});
+  verdict.figures.push_back({.name = prefix + "with_parts_off_mm", .words = "", .unit = Unit::mm, .value = off});
   verdict.criteria.push_back(at_most("hinge_balance",
                                      "centre of mass of what turns on a hinge beside the plane through it, over the diagonal",
-                                     beside / box.diagonal().norm(), limits.offset_over_diagonal));
+                                     beside / box.diagonal().norm(), in.limits.offset_over_diagonal));
+  std::string& meaning = verdict.meaning.back();
+  if (!verdict.criteria.back().pass())
+    meaning += " What turns on its hinge (" + names + ") does not stay where it is left: its centre of mass lies " +
+               number(beside, 2) + " mm beside the plane through it.";
+  else
+    meaning += " What turns on its hinge (" + names + ") stays where it is left" +
+               (hinge.parts.size() > 1 ? "; with parts " + rough_percent(in.limits.too_heavy[0]) +
+                                             " off by themselves its centre of mass lies up to " + number(off, 2) + " mm beside it."
+                                       : std::string("."));
+}
+
+struct How {
+  const Limits& limits;
+  const Progress& progress;
+};
+
+/// All parts in their places, as one body.
+PoseVerdict judge_state(const Mechanism& mechanism, const MechanismState& state, const std::vector<Delivered>& delivered,
+                        const How& how) {
+  Mesh all;
+  Moments s = Moments::Zero();
+  std::vector<PlacedPart> parts;
+  for (std::size_t n = 0; n < delivered.size(); ++n) {
+    append(all, transformed(delivered[n].outer, state.poses[n]));
+    const Moments of_part = moment_map(state.poses[n]) * delivered[n].s;
+    s += of_part;
+    parts.push_back(placed(mechanism.parts[n], of_part));
+  }
+  const PoseSpec spec = spec_of(mechanism, state);
+  const PrintInHull print = in_hull(merged_mesh(all), s / (1e-3 * spec.print.density_g_cm3), how.progress);
+  PoseVerdict verdict = judge_print(print, spec, how.limits, how.progress);
+  if (delivered.size() > 1)
+    verdict.notes.push_back("Assumed: the parts hold together in a state, by a hinge that keeps its angle, or a lock.");
+  const PlacedState in{parts, print, state, how.limits};
+  judge_parts_off(in, verdict);
+  for (const HingeBalance& hinge : state.hinges) judge_hinge(hinge, in, delivered, verdict);
+  return verdict;
 }
 
 }  // namespace
@@ -77,19 +126,7 @@ MechanismVerdict verify(const Mechanism& mechanism, const std::vector<const Mesh
   if (!closed) return verdict;
   for (const MechanismState& state : mechanism.states) {
     progress.check();
-    Mesh all;
-    Moments s = Moments::Zero();
-    for (std::size_t n = 0; n < delivered.size(); ++n) {
-      append(all, transformed(delivered[n].outer, state.poses[n]));
-      s += moment_map(state.poses[n]) * delivered[n].s;
-    }
-    const PoseSpec spec = spec_of(mechanism, state);
-    verdict.states.push_back(
-        judge_print(in_hull(merged_mesh(all), s / (1e-3 * spec.print.density_g_cm3), progress), spec, limits, progress));
-    if (delivered.size() > 1)
-      verdict.states.back().notes.push_back(
-          "Assumed: the parts hold together in a state, by a hinge that keeps its angle, or a lock.");
-    for (const HingeBalance& hinge : state.hinges) judge_hinge(hinge, state, delivered, limits, verdict.states.back());
+    verdict.states.push_back(judge_state(mechanism, state, delivered, {limits, progress}));
   }
   return verdict;
 }
