@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
 
 #include "base/text.h"
 #include "judge/figures.h"
@@ -76,6 +79,25 @@ struct How {
   const Progress& progress;
 };
 
+/// Of what floats nowhere. @returns none: it does, or shall do something else
+std::optional<PoseVerdict> sunk(const PrintInHull& print, const PoseSpec& spec) {
+  const Pose& rests = spec.poses.front();
+  if (rests.kind != Pose::Kind::floats || rests.waterline_mm) return std::nullopt;
+  PoseVerdict verdict;
+  verdict.spec = spec;
+  verdict.goal = PoseSpec::kGoal;
+  verdict.body = mass_properties(print.s, spec.print.density_g_cm3);
+  const double carries_g = 1e-3 * spec.fluid_g_cm3 * mesh_moments(print.hull)[M1];
+  if (verdict.body.mass_g < carries_g) return std::nullopt;
+  verdict.smallest_tipping_angle_rad = std::numeric_limits<double>::infinity();
+  verdict.figures = body_figures(verdict.body, "mass");
+  verdict.criteria = {
+      at_least("pose_1_afloat", "what it displaces wholly under water over its mass", carries_g / verdict.body.mass_g, 1)};
+  verdict.meaning = {"In the state '" + rests.state + "', " + words_of(rests, spec.up) + ": it sinks. It weighs " +
+                     number(verdict.body.mass_g, 2) + " g, and wholly under water it displaces " + number(carries_g, 2) + " g."};
+  return verdict;
+}
+
 /// All parts in their places, as one body.
 PoseVerdict judge_state(const Mechanism& mechanism, const MechanismState& state, const std::vector<Delivered>& delivered,
                         const How& how) {
@@ -90,6 +112,7 @@ PoseVerdict judge_state(const Mechanism& mechanism, const MechanismState& state,
   }
   const PoseSpec spec = spec_of(mechanism, state);
   const PrintInHull print = in_hull(merged_mesh(all), s / (1e-3 * spec.print.density_g_cm3), how.progress);
+  if (std::optional<PoseVerdict> sinks = sunk(print, spec)) return std::move(*sinks);
   PoseVerdict verdict = judge_print(print, spec, how.limits, how.progress);
   if (delivered.size() > 1)
     verdict.notes.push_back("Assumed: the parts hold together in a state, by a hinge that keeps its angle, or a lock.");

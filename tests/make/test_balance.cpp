@@ -118,6 +118,22 @@ TEST(Balance, AFoldingBoatFloatsOpenAndShut) {
   expect_verified(boat, result);
 }
 
+TEST(Balance, WhatSinksInAStateFailsThere) {
+  Mechanism boat;
+  boat.parts = {{"hull", box({-40, 0, 0}, {40, 30, 16}), {}}};
+  boat.states = {{"afloat", {Affine3d::Identity()}, rests(Pose::Kind::floats)},
+                 {"ashore", {Affine3d::Identity()}, rests(Pose::Kind::stands)}};
+  const MechanismVerdict verdict = verify(boat, {nullptr});
+  ASSERT_EQ(verdict.states.size(), 2u);
+  EXPECT_FALSE(verdict.states[0].pass());
+  EXPECT_EQ(verdict.states[0].criteria.front().name, "pose_1_afloat");
+  EXPECT_NEAR(verdict.states[0].criteria.front().value, 1 / 1.24, 1e-12);
+  EXPECT_NE(verdict.states[0].meaning.front().find("In the state 'afloat', floating with z up: it sinks."), std::string::npos);
+  EXPECT_TRUE(verdict.states[1].pass());
+  boat.fluid_g_cm3 = 1.25;
+  EXPECT_FALSE(verify(boat, {nullptr}).states[0].criteria.front().name == "pose_1_afloat");
+}
+
 TEST(Balance, WhatHangsAndStandsDoesBoth) {
   Mechanism lamp = crane();
   lamp.states[1].rests = rests(Pose::Kind::hangs);

@@ -28,7 +28,7 @@ function briefly({after, attitude: {kind}}) {
   if (kind === 'stands') return `stands, tips at ${degrees(of('smallest_tipping_angle_rad'))}`;
   if (kind === 'floats') return `floats, metacentric height ${short(of('metacentric_height_mm'))} mm`;
   if (kind === 'hangs') return `hangs ${degrees(of('hangs_at_rad'), 2)} off upright`;
-  return kind;
+  return kind || 'sinks';
 }
 
 function hingeMarks({hinges, after, attitude: {up}}, names, reach, {items, legend}) {

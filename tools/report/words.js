@@ -9,6 +9,7 @@ const kAny = {
   trapped_resin: ['No liquid resin stays inside.', 'Liquid resin stays shut in.'],
   mass_error: ['It weighs what it displaces at its waterline.', 'It does not weigh what it displaces at this waterline.'],
   metacentric_height: ['A small tilt is righted.', 'A small tilt is not righted: it turns over.'],
+  afloat: ['It floats.', 'It sinks: it weighs more than it displaces wholly under water.'],
   settled_tilt: ['Let go tilted, it comes back upright.', 'Let go tilted, it does not come back upright.'],
   reserve:
       ['It still does with 1 % more plastic, as prints often have.', 'With 1 % more plastic, as prints often have, it does not.'],
