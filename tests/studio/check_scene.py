@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import urllib.request
 
 kRoot = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(1, str(kRoot / "tests" / "report"))
@@ -560,6 +561,23 @@ def check_states(page, tool, folder):
     expect(abs(turn[0]) < 0.999 and end == turn, f"and it is turned: {turn}")
 
 
+def check_making(page, tool, folder):
+    """rayrep balance, run from the page: what it gives rests, beside the scene it came from."""
+    page.js("[...document.querySelectorAll('.making button')].find(one => one.textContent === 'Balance the parts').click()")
+    page.wait("document.querySelector('.making .downloads')", "the balanced parts")
+    names = json.loads(page.js("JSON.stringify([...document.querySelectorAll('.making a')].map(one => one.download))"))
+    expect(names == ["boat.json", "port.stl", "starboard.stl", "boat.html"], f"the scene, its parts and the page can be had: {names}")
+    put = folder / "put"
+    put.mkdir()
+    for name in names:
+        link = page.js(f"[...document.querySelectorAll('.making a')].find(one => one.download === {json.dumps(name)}).href")
+        with urllib.request.urlopen(link) as answer:
+            (put / name).write_bytes(answer.read())
+    report = balanced(tool, put, "boat.json", "--as-is")
+    expect(report["pass"] and all(part["cavities"] for part in report["parts"]), "put into a folder they are verified again")
+    page.look("made")
+
+
 def check_studio(chromium, pictures, tool, folder):
     scene = passing(folder)
     with Server(tool, folder, scene.name) as server:
@@ -580,6 +598,15 @@ def check_studio(chromium, pictures, tool, folder):
         chromium.visit(server.address)
         check_judging(page)
         check_states(page, tool, folder)
+        expect(chromium.complaints() == [], f"nothing is complained of {chromium.complaints()[:3]}")
+    for part in ("boat.json", "boat_port.stl", "boat_starboard.stl"):
+        (folder / part).write_bytes((kRoot / "examples/scenes" / part).read_bytes())
+    with Server(tool, folder, "boat.json") as server:
+        chromium.local += (server.address,)
+        chromium.visit(server.address)
+        judged(page)
+        expect(nodes(page) == "bad,bad", f"solid it sinks: {nodes(page)}")
+        check_making(page, tool, folder)
         expect(chromium.complaints() == [], f"nothing is complained of {chromium.complaints()[:3]}")
     with Server(tool, folder) as server:
         chromium.local += (server.address,)

@@ -9,8 +9,9 @@ import {button, html} from './panels.js';
 import {axisAt, axisOf, keyAdded, keyMoved, keyRemoved, moves, partPut, placedBy, poseAt, times, turnAbout, turnOf} from './poses.js';
 import {save} from './save.js';
 import {ScenePage} from './scene.js';
-import {Checks, Refusal, sceneBalance, sceneFile} from './server.js';
+import {BalanceRun, Checks, Refusal, sceneBalance, sceneFile} from './server.js';
 import {sideEffect, stillThere} from './side_effects.js';
+import {downloads} from './status.js';
 import {percent} from './timeline.js';
 import {short} from './words.js';
 
@@ -64,12 +65,40 @@ export class SceneStudio {
         html('div', {class: 'buttons'}, this.undoButton, this.redoButton, saving), this.fields, this.problem, this.state);
     this.page.beside.prepend(panel);
     addEventListener('keydown', event => this.shortcut(event));
+    if (this.page.scene.states.some(({rests}) => rests)) this.buildMaking();
     this.buildPicture();
     this.handle =
         html('button', {type: 'button', class: 'handle', hidden: true}, svg('svg', {viewBox: '-12 -12 24 24'}, svg('path')));
     if (!this.page.view) return;
     this.page.stage.append(html('div', {class: 'handles'}, this.handle), this.picture);
     this.drags();
+  }
+
+  /** What is needed to run rayrep balance from here. */
+  buildMaking() {
+    this.making = html('div', {class: 'making'});
+    this.page.balancePanel.element.append(this.making);
+    this.offerBalance();
+  }
+
+  offerBalance(...told) {
+    this.making.replaceChildren(
+        ...told, html('div', {class: 'buttons'}, button('Balance the parts', () => this.runBalance(), {
+                        title: 'rayrep balance: chooses what is inside all printed parts, so that it rests in all its states'
+                      })));
+  }
+
+  async runBalance() {
+    const at = html('p', {class: 'fine', role: 'status'}, 'Balancing \u2026');
+    const run = new BalanceRun(this.edited, null, ({stage}) => at.textContent = `Balancing \u2026 ${stage}`);
+    this.making.replaceChildren(at, html('div', {class: 'buttons'}, button('Cancel', () => run.cancel())));
+    try {
+      const answer = await run.result();
+      this.offerBalance(
+          ...(answer ? [html('p', {}, 'It was balanced, and judged from these files:'), downloads(answer.files)] : []));
+    } catch (error) {
+      this.offerBalance(html('p', {class: 'refusal', role: 'alert'}, error.message));
+    }
   }
 
   buildPicture() {

@@ -214,6 +214,14 @@ export class Run {
     }
     if (this.cancelled) return null;
     const answer = await (await ask('result')).json();
+    return this.answered(answer);
+  }
+
+  get wanted() {
+    return wantedOf(this.state);
+  }
+
+  answered(answer) {
     return {...answer, files: answer.files ?? [], meshes: meshesIn({view: answer.data.view, blocks: answer.blocks})};
   }
 
@@ -222,7 +230,7 @@ export class Run {
     await this.after;
     for (let waits = 0; !this.cancelled; ++waits) {
       try {
-        this.number = (await posted('run', wantedOf(this.state))).run;
+        this.number = (await posted('run', this.wanted)).run;
         return true;
       } catch (error) {
         if (error.status !== 409 || waits > 100) throw error;
@@ -237,5 +245,16 @@ export class Run {
     this.cancelled = true;
     await this.beginning;
     if (this.number) await ask('cancel', {method: 'POST'}).catch(() => {});
+  }
+}
+
+/** rayrep balance of a scene as it was edited: its result has files only. */
+export class BalanceRun extends Run {
+  get wanted() {
+    return this.state;
+  }
+
+  answered(answer) {
+    return answer;
   }
 }

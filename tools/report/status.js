@@ -95,7 +95,7 @@ function previewCard({told, criteria, rows, data}, old) {
                   ([words, , value]) => html('tr', {}, html('th', {scope: 'row'}, units(words)), html('td', {}, units(value)))))));
 }
 
-function downloads(files) {
+export function downloads(files) {
   const [first, ...others] =
       files.map(({name, words}) => [{href: `download/${encodeURIComponent(name)}`, download: name}, name, words]);
   if (!first) return '';

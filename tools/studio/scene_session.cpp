@@ -196,6 +196,16 @@ std::string SceneSession::balance(const std::string& edit) {
   return balance_json(scene, report);
 }
 
-std::string SceneSession::file(const std::string& edit) const { return scene_text(edited(object_of(edit)), path_); }
+std::string SceneSession::file(const std::string& edit, const std::filesystem::path& path) const {
+  return scene_text(edited(object_of(edit)), path);
+}
+
+std::string SceneSession::file_with_parts(const std::filesystem::path& path) const {
+  Scene scene = read_scene(path, {}).scene;
+  const std::filesystem::path put = path_.parent_path() / "parts" / path.filename();  // a folder of any name
+  for (ScenePart& part : scene.parts)
+    if (part.file.parent_path() == path.parent_path()) part.file = put.parent_path() / part.file.filename();
+  return scene_text(scene, put);
+}
 
 }  // namespace rayrep::tool

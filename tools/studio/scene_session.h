@@ -34,7 +34,12 @@ public:
   std::string balance(const std::string& edit);
 
   /// The scene's file with these ways and states. @throws Error{usage}
-  std::string file(const std::string& edit) const;
+  std::string file(const std::string& edit) const { return file(edit, path_); }
+  /// As it is to lie elsewhere.
+  std::string file(const std::string& edit, const std::filesystem::path& path) const;
+  /// A scene whose parts lie beside it, to be put with these into a folder beside the first one.
+  std::string file_with_parts(const std::filesystem::path& scene) const;
+  std::string name() const { return path_.filename().string(); }
 
   void end() {
     latest_.end();

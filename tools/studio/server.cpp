@@ -280,7 +280,7 @@ struct Server::Impl {
          [this](const Request&, const std::string& edit, Response&) { return session.scene().balance(edit); });
     post("scene/file", kMostWays_bytes,
          [this](const Request&, const std::string& edit, Response&) { return session.scene().file(edit); });
-    post("run", kMostSettings_bytes, [this](const Request&, const std::string& body, Response& response) {
+    post("run", kMostWays_bytes, [this](const Request&, const std::string& body, Response& response) {
       std::string begun = session.begin_run(body);
       response.status = 202;
       return begun;

@@ -3,6 +3,7 @@
 #include <openssl/evp.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <chrono>
 #include <cmath>
@@ -271,26 +272,33 @@ std::vector<std::string> Session::words_to_write(const Run& run, const std::stri
   return words;
 }
 
-std::string Session::begin_run(const std::string& wanted_json) {
-  Wanted wanted = wanted_from(wanted_json);
-  const Loaded mesh = loaded();
-  const std::string name = mesh.path.filename().string();
-  const Options options = options_of(wanted, name);
-  const std::lock_guard lock(running_);
+/// A new one for the next run, which has the number runs_ then.
+fs::path Session::cleared_folder() {
   if (run_ && run_->child->status().state == ChildRun::State::running)
     throw Refused(409, "running", "A run is going on: wait for its end, or cancel it.");
   std::error_code ignored;
   const fs::path before = run_ ? run_->folder.parent_path() : fs::path();
   run_.reset();
   if (!before.empty()) fs::remove_all(before, ignored);
+  fs::path folder = folder_ / ("run-" + std::to_string(++runs_)) / "files";
+  fs::create_directories(folder);
+  return folder;
+}
+
+std::string Session::begin_run(const std::string& wanted_json) {
+  if (scene_) return begin_balance(wanted_json);
+  Wanted wanted = wanted_from(wanted_json);
+  const Loaded mesh = loaded();
+  const std::string name = mesh.path.filename().string();
+  const Options options = options_of(wanted, name);
+  const std::lock_guard lock(running_);
   const std::string stem = fs::path(name).stem().string() + "_" + wanted.goal;
   Run run;
-  run.number = ++runs_;
+  run.folder = cleared_folder();
+  run.number = runs_;
   run.wanted = std::move(wanted);
   run.mesh = name;
   run.output = stem + ".3mf";
-  run.folder = folder_ / ("run-" + std::to_string(run.number)) / "files";
-  fs::create_directories(run.folder);
   {
     const std::lock_guard telling(telling_);
     if (loaded_->path != mesh.path) throw Refused(409, "superseded", "Another mesh has been loaded meanwhile.");
@@ -300,6 +308,28 @@ std::string Session::begin_run(const std::string& wanted_json) {
   std::vector<std::string> words = words_to_write(run, run.output);
   words.push_back("--html=" + stem + ".html");
   words.push_back("--report=" + stem + ".json");
+  run.child = std::make_unique<ChildRun>(run.folder, words, options);
+  run_ = std::move(run);
+  return dumped({{"run", run_->number}});
+}
+
+namespace {
+constexpr const char* kBalanced = "balanced";  ///< where rayrep balance writes
+}
+
+std::string Session::begin_balance(const std::string& edit) {
+  scene_->file(edit);  // says what is wrong with it
+  const std::lock_guard lock(running_);
+  Run run;
+  run.folder = cleared_folder();
+  run.number = runs_;
+  run.mesh = plain_name(scene_->name());
+  run.output = fs::path(run.mesh).stem().string() + ".html";
+  std::ofstream(run.folder / run.mesh) << scene_->file(edit, run.folder / run.mesh);
+  std::vector<std::string> words = {"balance", run.mesh, std::string("--output=") + kBalanced, "--html=" + run.output, "--verbose"};
+  if (options_.threads > 0) words.push_back("--threads=" + std::to_string(options_.threads));
+  const std::array<const char*, 3> arguments = {"rayrep", "balance", run.mesh.c_str()};
+  const Options options = parse_command_line(static_cast<int>(arguments.size()), arguments.data());
   run.child = std::make_unique<ChildRun>(run.folder, words, options);
   run_ = std::move(run);
   return dumped({{"run", run_->number}});
@@ -365,9 +395,40 @@ std::vector<std::string> Session::files_of(const Run& run) {
   return files;
 }
 
+/// The scene first, then its parts, then the page.
+std::vector<std::string> Session::balanced_files(const Run& run) {
+  std::set<std::string> parts;
+  for (const auto& entry : fs::directory_iterator(run.folder / kBalanced))
+    if (entry.is_regular_file()) parts.insert(entry.path().filename().string());
+  parts.erase(run.mesh);
+  std::vector<std::string> files = {run.mesh};
+  files.insert(files.end(), parts.begin(), parts.end());
+  files.push_back(run.output);
+  return files;
+}
+
+Session::Download Session::balanced_download(const std::string& name) {
+  const std::lock_guard lock(running_);
+  const Run& run = finished_run();
+  const std::vector<std::string> files = balanced_files(run);
+  if (std::find(files.begin(), files.end(), name) == files.end()) throw Refused(404, "none", "There is no file of that name.");
+  if (name == run.output) return {name, bytes_of(run.folder / name)};
+  const fs::path file = run.folder / kBalanced / name;
+  return {name, name == run.mesh ? scene_->file_with_parts(file) : bytes_of(file)};
+}
+
 std::string Session::result() {
   const std::lock_guard lock(running_);
   const Run& run = finished_run();
+  if (scene_) {
+    Json files = Json::array();
+    for (const std::string& name : balanced_files(run))
+      files.push_back({{"name", name},
+                       {"words", name == run.mesh     ? "the scene that names them: put all into one folder beside the first one"
+                                 : name == run.output ? "the page with how it rests"
+                                                      : "a part, as it was judged"}});
+    return dumped({{"files", files}});
+  }
   const std::string stem = fs::path(run.output).stem().string();
   const PageData data = page_data(bytes_of(run.folder / (stem + ".html")));
   Json files = Json::array();
@@ -405,6 +466,7 @@ fs::path Session::in_other_format() {
 }
 
 Session::Download Session::download(const std::string& name) {
+  if (scene_) return balanced_download(name);
   std::string output;
   fs::path file;
   {

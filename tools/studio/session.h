@@ -45,6 +45,7 @@ public:
   std::string mesh_bytes() const;
   std::string preview(const std::string& wanted);
 
+  /// Of a mesh what is wanted, of a scene an edit: rayrep balance.
   std::string begin_run(const std::string& wanted);
   std::string run_status();
   void cancel_run();
@@ -83,13 +84,17 @@ private:
   struct Run {
     int number = 0;
     Wanted wanted;
-    std::string mesh;              ///< its name
+    std::string mesh;              ///< its name, or that of the scene
     std::string output;            ///< name of the body
     std::filesystem::path folder;  ///< with its files and nothing else
     std::unique_ptr<ChildRun> child;
     std::unique_ptr<ChildRun> other;  ///< the same with another format, once that was asked for
   };
 
+  std::filesystem::path cleared_folder();
+  std::string begin_balance(const std::string& edit);
+  static std::vector<std::string> balanced_files(const Run& run);
+  Download balanced_download(const std::string& name);
   Loaded loaded() const;
   static Reading read_anew(const Options& options, const Progress& progress);
   Reading& reading_for(const Options& options, const Progress& progress);
