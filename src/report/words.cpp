@@ -139,7 +139,8 @@ std::string value_text(const Criterion& c, double value) {
   if (!std::isfinite(value)) return "-";
   if (is_angle(c)) return format("%.4f", degrees(value));
   if (c.name == "trapped_resin") return format("%.2f", value);
-  if (c.name == "wall" || c.name == "fairness" || c.name.ends_with("metacentric_height")) return format("%.3f", value);
+  if (c.name == "wall" || c.name == "fairness" || c.name == "pose_1_afloat" || c.name.ends_with("metacentric_height"))
+    return format("%.3f", value);
   if (value == std::round(value) && std::abs(value) < 1e6) return format("%.0f", value);
   return format("%.2e", value);
 }

@@ -123,7 +123,8 @@ export class BalancePanel {
                                'bad'}`,
            'aria-current': now.state === rest.state});
       line.append(
-          html('b', {}, html('bdi', {}, scene.states[rest.state].name), ' ', signOf(rest.pass)), html('small', {}, briefly(rest)));
+          html('b', {}, html('bdi', {}, scene.states[rest.state].name), ' ', old ? '' : signOf(rest.pass)),
+          html('small', {}, briefly(rest)));
       return html('li', {}, line, now.state === rest.state ? this.wordsOf(rest) : null);
     }));
     this.more.replaceChildren(

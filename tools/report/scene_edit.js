@@ -82,6 +82,7 @@ export class SceneStudio {
   }
 
   offerBalance(...told) {
+    this.made = told.length > 0;
     this.making.replaceChildren(
         ...told, html('div', {class: 'buttons'}, button('Balance the parts', () => this.runBalance(), {
                         title: 'rayrep balance: chooses what is inside all printed parts, so that it rests in all its states'
@@ -89,13 +90,15 @@ export class SceneStudio {
   }
 
   async runBalance() {
+    const {edited} = this;
     const at = html('p', {class: 'fine', role: 'status'}, 'Balancing \u2026');
-    const run = new BalanceRun(this.edited, null, ({stage}) => at.textContent = `Balancing \u2026 ${stage}`);
+    const run = new BalanceRun(edited, null, ({stage}) => at.textContent = `Balancing \u2026 ${stage}`);
     this.making.replaceChildren(at, html('div', {class: 'buttons'}, button('Cancel', () => run.cancel())));
     try {
       const answer = await run.result();
-      this.offerBalance(
-          ...(answer ? [html('p', {}, 'It was balanced, and judged from these files:'), downloads(answer.files)] : []));
+      const isOld = edited.states !== this.edited.states || edited.transitions !== this.transitions;
+      const words = `It was balanced${isOld ? ' as it was before the last edit' : ''}, and judged from these files:`;
+      this.offerBalance(...(answer ? [html('p', {}, words), downloads(answer.files)] : []));
     } catch (error) {
       this.offerBalance(html('p', {class: 'refusal', role: 'alert'}, error.message));
     }
@@ -136,6 +139,7 @@ export class SceneStudio {
     if (!this.holding && this.page.found.stage === 'complete') this.base = this.page.found;
     this.holding = held;
     if (!held) this.history.step(edited);
+    if (this.made) this.offerBalance();  // what can be had there is of before
     this.follow(edited);
   }
 
@@ -144,7 +148,8 @@ export class SceneStudio {
     const {page} = this;
     const statesMoved = edited.states !== page.scene.states;
     page.scene = {...page.scene, ...edited};
-    if (statesMoved && !this.holding) this.grewOld();
+    if (statesMoved && !this.grown) this.grewOld();
+    this.grown = this.holding;  // what the hand does is one edit
     page.draw();
     this.problem.hidden = true;
     this.state.textContent = 'Looking for collisions \u2026';
@@ -156,8 +161,14 @@ export class SceneStudio {
     const {page} = this;
     if (!page.balance) return;
     page.tellBalance(page.balance, page.balanceOld + 1);
-    page.balancePanel.tell(`Judged before the last ${
-        page.balanceOld === 1 ? 'edit' : `${page.balanceOld} edits`}; it is judged again once collisions are known.`);
+    page.balancePanel.tell(`It is judged again once collisions are known.${this.ageWords()}`);
+  }
+
+  /** How old the balance is that is shown. */
+  ageWords() {
+    const {balance, balanceOld} = this.page;
+    if (!balance || !balanceOld) return '';
+    return ` What is told above was judged before the last ${balanceOld === 1 ? 'edit' : `${balanceOld} edits`}.`;
   }
 
   go(by) {
@@ -199,14 +210,15 @@ export class SceneStudio {
     if (this.judged === states || !states.some(({rests}) => rests)) return;
     this.judged = states;
     if (page.misplaced?.length) {
-      page.balancePanel.tell('Not judged: parts overlap in a state, and what is in one place twice would weigh twice.', true);
+      page.balancePanel.tell(
+          `Not judged: parts overlap in a state, and what is in one place twice would weigh twice.${this.ageWords()}`, true);
       return;
     }
     page.balancePanel.tell('Whether it rests is being judged \u2026');
     try {
       const balance = await sceneBalance(this.edited);
       if (this.judged !== states) return;
-      page.tellBalance(balance);
+      page.tellBalance(balance, page.scene.states === states ? 0 : Math.max(1, page.balanceOld));
       page.balancePanel.tell(
           'Of the parts as they are, as rayrep balance --as-is tells it. rayrep balance chooses what is inside them.');
     } catch (error) {
