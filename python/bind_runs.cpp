@@ -215,7 +215,7 @@ py::list parts_of(const Outcome& outcome) {
   return parts;
 }
 
-/// The rows of a command's options: (heading, (name, value, words, details, kind, default, repeated, also, range)).
+/// The rows of a command's options: (heading, name, value, words, details, kind, default, repeated, also, range, alone).
 py::list settings_of(const std::string& word, const std::string& goal) {
   Defaults defaults = defaults_of(word, goal);
   struct Kind {
@@ -233,7 +233,7 @@ py::list settings_of(const std::string& word, const std::string& goal) {
       const bool bounded = std::isfinite(s.range.lo) || std::isfinite(s.range.hi);
       rows.append(py::make_tuple(group.heading, s.name.substr(0, s.name.find(',')), s.value, s.words, s.details,
                                  s.value.empty() ? "switch" : std::visit(Kind{}, s.place), usual, s.repeated, s.also,
-                                 bounded ? s.range.words() : ""));
+                                 bounded ? s.range.words() : "", s.alone));
     }
   return rows;
 }

@@ -41,6 +41,8 @@ class Setting(NamedTuple):
     repeated: bool
     #: Which numbers it takes.
     range: str
+    #: What True means; empty: it takes no True.
+    alone: str
 
 
 def keyword_of(option: str) -> str:
@@ -73,7 +75,8 @@ class Settings(Mapping[str, Setting]):
                 lines.append(heading)
             takes = "True" if row.kind == "switch" else row.value
             default = "" if row.default in ("", "no", "none") or "(default" in row.words else f" (default {row.default})"
-            text = f"{row.words}{default}"
+            alone = f" (True: {row.alone})" if row.alone else ""
+            text = f"{row.words}{alone}{default}"
             lead = f"  {row.name + '=' + takes:26} "
             lines += textwrap.wrap(text, 118, initial_indent=lead, subsequent_indent=" " * len(lead))
         return "\n".join(lines)
@@ -104,12 +107,12 @@ def settings(goal: str = "float", *, of: str = "hollow") -> Settings:
 def of_command(word: str, goal: str = "") -> Settings:
     """Those of a command, without what is for its files and the terminal."""
     rows = []
-    for heading, option, value, text, details, kind, default, repeated, _, allowed in _rayrep.settings(word, goal):
+    for heading, option, value, text, details, kind, default, repeated, _, allowed, alone in _rayrep.settings(word, goal):
         if option == "fixed":
             value = "[(MESH, G_CM3)]"
         if option not in _OF_THE_COMMAND:
             rows.append(Setting(keyword_of(option), value, in_python(text), in_python(details), default, heading, option, kind,
-                                repeated, allowed))
+                                repeated, allowed, alone))
     return Settings(rows)
 
 
@@ -169,6 +172,8 @@ def words_of(row: Setting, value: Any) -> List[str]:
         if not isinstance(value, (bool, np.bool_)):
             raise TypeError(f"{row.name} is True or False; it is {value!r}.")
         return [option] if value else []
+    if row.alone and isinstance(value, (bool, np.bool_)):
+        return [f"{option}={row.alone}"] if value else []
     if row.kind == "whole" and isinstance(value, (float, np.floating)) and float(value).is_integer():
         value = int(value)
     several = row.repeated and isinstance(value, (list, tuple)) and not all(isinstance(v, (int, float)) for v in value)

@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <queue>
 #include <vector>
 
 #include "base/rotation.h"
+#include "base/union_find.h"
 #include "judge/figures.h"
 #include "rayrep/mesh/section.h"
 #include "rayrep/physics/moments.h"
@@ -110,8 +112,8 @@ private:
 };
 
 /// How far the upper of two layers reaches out over the void of the lower one, if it is more than `least_mm`: the largest distance
-/// of a point of its material from that void's outline. Branch and bound, to 2 % or a fiftieth of a mm.
-double reach_mm(const Outline& lower, const Outline& upper, double least_mm) {
+/// of a point of its material from that void's outline. Branch and bound, to 2 % or `close_mm`.
+double reach_mm(const Outline& lower, const Outline& upper, double least_mm, double close_mm = 0.02) {
   struct Cell {
     double bound;
     double half;
@@ -121,7 +123,7 @@ double reach_mm(const Outline& lower, const Outline& upper, double least_mm) {
   const Eigen::AlignedBox2d& box = lower.box();
   if (box.isEmpty()) return 0;
   double best = least_mm;
-  const auto enough = [&best] { return std::max(1.02 * best, best + 0.02); };
+  const auto enough = [&best, close_mm] { return std::max(1.02 * best, best + close_mm); };
   std::priority_queue<Cell> queue;
   const auto visit = [&](const Eigen::Vector2d& centre, double half) {
     const double radius = std::numbers::sqrt2 * half;
@@ -152,16 +154,107 @@ bool any_in(const SectionLoop& loop, const SectionLoop& other) {
   return std::any_of(other.begin(), other.end(), [&](const Eigen::Vector2d& p) { return box.contains(p) && contains(loop, p); });
 }
 
-/// Pieces of the upper layer's material within its void with nothing of the lower layer below.
-std::size_t islands_in(const Outline& lower, const Outline& upper) {
-  std::size_t count = 0;
-  for (const SectionLoop& loop : upper.loops()) {
-    if (loop_moments(loop).area_mm2 <= 0) continue;  // around a void
-    const bool carried = std::any_of(lower.loops().begin(), lower.loops().end(), [&](const auto& l) { return any_in(loop, l); }) ||
-                         std::any_of(loop.begin(), loop.end(), [&](const auto& p) { return !lower.at(p).is_void; });
-    count += !carried;
+double side_of(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& p) {
+  return (b.x() - a.x()) * (p.y() - a.y()) - (b.y() - a.y()) * (p.x() - a.x());
+}
+
+/// Whether two loops cross: rods that are turned a little against themselves have no corner in one another.
+bool cross(const SectionLoop& one, const SectionLoop& other) {
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector2d& p : one) box.extend(p);
+  for (std::size_t i = 0, j = other.size() - 1; i < other.size(); j = i++) {
+    const Eigen::Vector2d& c = other[j];
+    const Eigen::Vector2d& d = other[i];
+    if (!box.intersects(Eigen::AlignedBox2d(c.cwiseMin(d), c.cwiseMax(d)))) continue;
+    for (std::size_t k = 0, l = one.size() - 1; k < one.size(); l = k++)
+      if (side_of(c, d, one[l]) * side_of(c, d, one[k]) < 0 && side_of(one[l], one[k], c) * side_of(one[l], one[k], d) < 0)
+        return true;
   }
-  return count;
+  return false;
+}
+
+/// Whether a piece has nothing but void in another layer.
+bool is_alone(const SectionLoop& piece, const Outline& other) {
+  return std::none_of(other.loops().begin(), other.loops().end(),
+                      [&](const auto& l) { return any_in(piece, l) || cross(piece, l); }) &&
+         std::none_of(piece.begin(), piece.end(), [&](const auto& p) { return !other.at(p).is_void; });
+}
+
+/// Twice the area over the circumference: of what is long its width.
+double width_mm(const SectionLoop& loop) {
+  double around_mm = 0;
+  for (std::size_t i = 0, j = loop.size() - 1; i < loop.size(); j = i++) around_mm += (loop[i] - loop[j]).norm();
+  return around_mm > 0 ? 2 * loop_moments(loop).area_mm2 / around_mm : 0;
+}
+
+/// Pieces of a layer's material that lie within its void, but for slivers that no printer sees; what goes around a void is none.
+std::vector<const SectionLoop*> pieces_in(const Outline& layer) {
+  std::vector<const SectionLoop*> pieces;
+  constexpr double kSliver_mm = 0.005;
+  for (const SectionLoop& loop : layer.loops())
+    if (width_mm(loop) > kSliver_mm) pieces.push_back(&loop);
+  return pieces;
+}
+
+/// A piece of the upper of two layers.
+struct Piece {
+  double thick_mm;
+  bool hangs;                      ///< there is nothing below it
+  std::vector<std::size_t> below;  ///< pieces of the lower layer that it stands on
+};
+
+/// What two layers have to do with each other.
+struct Between {
+  std::vector<Piece> upper;
+  std::vector<char> ends;  ///< of each piece of the lower layer: there is nothing above it
+};
+
+Between between(const Outline& lower, const Outline& upper) {
+  Between found;
+  const std::vector<const SectionLoop*> below = pieces_in(lower);
+  for (const SectionLoop* piece : pieces_in(upper)) {
+    found.upper.push_back({2 * reach_mm(Outline(Loops{*piece}), Outline(Loops{}), 0, 1e-3), is_alone(*piece, lower), {}});
+    for (std::size_t n = 0; n < below.size(); ++n)
+      if (any_in(*piece, *below[n]) || any_in(*below[n], *piece) || cross(*piece, *below[n])) found.upper.back().below.push_back(n);
+  }
+  for (const SectionLoop* piece : below) found.ends.push_back(is_alone(*piece, upper));
+  return found;
+}
+
+/// The least thickness of what stands on something below and has something above, from piece to piece, and is no mere ripple.
+std::optional<double> thinnest_pillar_mm(const std::vector<Between>& layers) {
+  std::vector<int> first(1, 0);  // number of each layer's first piece
+  for (const Between& layer : layers) first.push_back(first.back() + static_cast<int>(layer.upper.size()));
+  UnionFind joined(first.back());
+  for (std::size_t n = 1; n < layers.size(); ++n)
+    for (std::size_t k = 0; k < layers[n].upper.size(); ++k)
+      for (const std::size_t below : layers[n].upper[k].below)
+        joined.unite(first[n] + static_cast<int>(k), first[n - 1] + static_cast<int>(below));
+  std::vector<char> loose(static_cast<std::size_t>(first.back()), 0);
+  const auto whole = [&](std::size_t layer, std::size_t k) {
+    return static_cast<std::size_t>(joined.root(first[layer] + static_cast<int>(k)));
+  };
+  for (std::size_t n = 0; n < layers.size(); ++n) {
+    for (std::size_t k = 0; k < layers[n].upper.size(); ++k) loose[whole(n, k)] |= static_cast<char>(layers[n].upper[k].hangs);
+    for (std::size_t k = 0; k < layers[n].ends.size(); ++k) loose[whole(n - 1, k)] |= layers[n].ends[k];
+  }
+  // Of a pillar that forks the thickest piece in each layer: beside its ends there are slivers of what it merges with.
+  std::vector<double> thinnest(loose.size(), kInfinity);
+  std::vector<std::size_t> height(loose.size(), 0);
+  for (std::size_t n = 0; n < layers.size(); ++n) {
+    std::map<std::size_t, double> here;
+    for (std::size_t k = 0; k < layers[n].upper.size(); ++k)
+      here[whole(n, k)] = std::max(here[whole(n, k)], layers[n].upper[k].thick_mm);
+    for (const auto& [pillar, thick_mm] : here) {
+      thinnest[pillar] = std::min(thinnest[pillar], thick_mm);
+      ++height[pillar];
+    }
+  }
+  constexpr std::size_t kFewestLayers = 5;
+  std::optional<double> least;
+  for (std::size_t n = 0; n < loose.size(); ++n)
+    if (!loose[n] && height[n] >= kFewestLayers) least = std::min(least.value_or(kInfinity), thinnest[n]);
+  return least;
 }
 
 /// The layers of a print, by number: the middle of the first one lies half a layer above the bed.
@@ -224,7 +317,7 @@ Overhang overhang(const Mesh& cavities, const PrintedUp& print, const Progress& 
   const std::vector<char> flat = layers_under(roofs, layers, first, last);
   const MeshSections sections(shells);
   std::vector<double> reach(flat.size(), 0);
-  std::vector<std::size_t> islands(flat.size(), 0);
+  std::vector<Between> pieces(flat.size());
   constexpr std::size_t at_once = 32;
   for (std::size_t begin = 0; begin < flat.size(); begin += at_once) {
     progress.check();
@@ -232,11 +325,14 @@ Overhang overhang(const Mesh& cavities, const PrintedUp& print, const Progress& 
       const int layer = first + static_cast<int>(n);
       const Outline lower(sections.at(layers.middle_mm(layer)));
       const Outline upper(sections.at(layers.middle_mm(layer + 1)));
-      islands[n] = islands_in(lower, upper);
+      pieces[n] = between(lower, upper);
       if (flat[n]) reach[n] = reach_mm(lower, upper, print.layer_mm / std::tan(print.angle_rad));
     });
   }
-  for (const std::size_t n : islands) found.islands += n;
+  for (const Between& layer : pieces)
+    found.islands += static_cast<std::size_t>(
+        std::count_if(layer.upper.begin(), layer.upper.end(), [](const Piece& piece) { return piece.hangs; }));
+  found.pillar_mm = thinnest_pillar_mm(pieces);
   found.bridge_mm = 2 * *std::max_element(reach.begin(), reach.end());
   return found;
 }
@@ -244,25 +340,32 @@ Overhang overhang(const Mesh& cavities, const PrintedUp& print, const Progress& 
 Figures figures_of(const Overhang& overhang, const PrintedUp& print) {
   const Eigen::Vector3d direction = print.direction.normalized();
   const bool begins = overhang.islands > 0;
-  return {{.name = "print_direction", .words = "", .value = list(direction)},
-          {.name = "roof_angle_rad", .words = "", .unit = Unit::rad, .value = print.angle_rad},
-          {.name = "layer_mm", .words = "", .unit = Unit::mm, .value = print.layer_mm},
-          {.name = "roof_mm2",
-           .words = "cavity roofs flatter than 45 degrees",
-           .unit = Unit::mm2,
-           .value = overhang.roof_mm2,
-           .digits = 1},
-          {.name = "roof_share", .words = "of the cavities' surface", .value = overhang.roof_share},
-          {.name = "widest_bridge_mm",
-           .words = "widest bridge there in one layer",
-           .unit = Unit::mm,
-           .value = overhang.bridge_mm,
-           .digits = 1},
-          {.name = "hanging_islands",
-           .words = begins ? "pieces of them that begin in mid-air" : "",
-           .value = static_cast<double>(overhang.islands),
-           .digits = 0},
-          {.name = "sealed_mm3", .words = "", .unit = Unit::mm3, .value = overhang.sealed_mm3}};
+  Figures figures = {{.name = "print_direction", .words = "", .value = list(direction)},
+                     {.name = "roof_angle_rad", .words = "", .unit = Unit::rad, .value = print.angle_rad},
+                     {.name = "layer_mm", .words = "", .unit = Unit::mm, .value = print.layer_mm},
+                     {.name = "roof_mm2",
+                      .words = "cavity roofs flatter than 45 degrees",
+                      .unit = Unit::mm2,
+                      .value = overhang.roof_mm2,
+                      .digits = 1},
+                     {.name = "roof_share", .words = "of the cavities' surface", .value = overhang.roof_share},
+                     {.name = "widest_bridge_mm",
+                      .words = "widest bridge there in one layer",
+                      .unit = Unit::mm,
+                      .value = overhang.bridge_mm,
+                      .digits = 1},
+                     {.name = "hanging_islands",
+                      .words = begins ? "pieces of them that begin in mid-air" : "",
+                      .value = static_cast<double>(overhang.islands),
+                      .digits = 0},
+                     {.name = "sealed_mm3", .words = "", .unit = Unit::mm3, .value = overhang.sealed_mm3}};
+  if (overhang.pillar_mm)
+    figures.push_back({.name = "thinnest_pillar_mm",
+                       .words = "thinnest pillar in them",
+                       .unit = Unit::mm,
+                       .value = *overhang.pillar_mm,
+                       .digits = 2});
+  return figures;
 }
 
 }  // namespace rayrep::verify_detail

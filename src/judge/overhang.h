@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <numbers>
+#include <optional>
 
 #include "rayrep/base/figure.h"
 #include "rayrep/base/progress.h"
@@ -25,6 +26,9 @@ struct Overhang {
   double bridge_mm = 0;     ///< twice the farthest that a layer reaches over the void below it, of such roofs; to 2 %
   std::size_t islands = 0;  ///< pieces of a layer that begin in mid-air
   double sealed_mm3 = 0;    ///< what the cavities enclose
+  /// Of what stands in a cavity from its floor to its roof, through five layers or more: the largest circle that fits where it is
+  /// thinnest; none: nothing does.
+  std::optional<double> pillar_mm;
 };
 
 /// @param cavities  closed shells that face into the void, vertices merged

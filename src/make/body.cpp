@@ -22,12 +22,19 @@ double field_spacing(double ray_spacing_mm, double wall_mm, double size_mm) {
   return std::min(std::max(ray_spacing_mm, printer_mm), 0.5 * wall_mm);
 }
 
+/// Cells of the field over the clearance of pillars: they must not fall between samples.
+constexpr double kOfClearance = 0.6;
+/// Cells of the field over the longest side: finer ones take too much memory.
+constexpr double kFinest = 1e-3;
+
 InnerDomainOptions inner_options(const Discretisation& options, double size_mm) {
   InnerDomainOptions inside;
   inside.wall_mm = options.wall_mm;
   inside.ray_spacing_mm = size_mm / options.resolution;
   inside.field_spacing_mm = field_spacing(inside.ray_spacing_mm, options.wall_mm, size_mm);
   if (options.look_only) inside.field_spacing_mm = std::max(inside.field_spacing_mm, 0.5 * inside.ray_spacing_mm);
+  if (!options.pillars.empty())
+    inside.field_spacing_mm = std::min(inside.field_spacing_mm, kOfClearance * options.pillar_clearance_mm);
   inside.min_component_mm3 = options.min_cavity_mm3;
   return inside;
 }
@@ -44,13 +51,18 @@ double volume_mm3(const BlockField& field) {
 }
 
 /// With rods where posts are to stand, and what is kept solid.
-Mesh with_posts(const Mesh& working, const Eigen::Affine3d& to_working, const Discretisation& options) {
+std::shared_ptr<const SurfaceQuery> with_posts(const Mesh& working, const Eigen::Affine3d& to_working,
+                                               const Discretisation& options) {
   std::vector<Mesh> rooms;
   for (const Mesh& room : options.rooms) rooms.push_back(transformed(room, to_working));
   Mesh mesh = working;
   append(mesh, posts_below(rooms, working, options.wall_mm));
   for (const Mesh& kept : options.keep_solid) append(mesh, transformed(kept, to_working));
-  return mesh;
+  SurfaceQuery::Farther farther;
+  if (!options.pillars.empty())
+    farther = {static_cast<int>(mesh.triangles.size()), std::max(0.0, options.wall_mm - options.pillar_clearance_mm)};
+  for (const Mesh& pillar : options.pillars) append(mesh, transformed(pillar, to_working));
+  return std::make_shared<const SurfaceQuery>(mesh, farther);
 }
 
 /// Built, or kept from before.
@@ -78,9 +90,13 @@ Discretisation discretisation(const Print& print, const HollowOptions& options) 
   result.rooms = rooms_of(options.fixed);
   result.fixed = fixed_moments(options.fixed, print.density_g_cm3);
   result.keep_solid = options.keep_solid;
+  result.pillars = options.pillars;
+  result.pillar_clearance_mm = options.pillar_clearance_mm;
   result.kept = options.kept;
   return result;
 }
+
+double least_pillar_clearance_mm(double size_mm) { return kFinest * size_mm / kOfClearance; }
 
 void check(const HollowOptions& options, const Spec& spec) {
   HollowOptions copy = options;
@@ -105,9 +121,10 @@ Body::Body(Mesh mesh, const Eigen::Affine3d& frame, const Discretisation& option
       to_working(frame),
       working(transformed(outer, to_working)),
       hull(outer_hull(working)),
-      query(std::make_shared<const SurfaceQuery>(with_posts(working, to_working, options))),
+      query(with_posts(working, to_working, options)),
       phases_(options.phases),
-      kept_from_(static_cast<int>(surface.mesh().triangles.size() - triangles_of(options.keep_solid))) {
+      kept_from_(
+          static_cast<int>(surface.mesh().triangles.size() - triangles_of(options.keep_solid) - triangles_of(options.pillars))) {
   const bool has_sealed_cavities = hull.triangles.size() < working.triangles.size();
   hull = boundary_of_union(hull, progress);
   if (options.require) options.require(hull);
@@ -139,7 +156,7 @@ Body::Body(const Body& outside, const Discretisation& options, const Progress& p
 
 void Body::find_inside(const Discretisation& options, const Progress& progress) {
   const InnerDomainOptions inside = inner_options(options, size_mm);
-  if (inside.field_spacing_mm < size_mm / 1000)
+  if (inside.field_spacing_mm < (1 - 1e-9) * kFinest * size_mm)
     throw Error(ErrorCode::goal, "A wall of " + number(options.wall_mm, 3) + " mm is too thin to be resolved in a body " +
                                      number(size_mm, 1) + " mm long: choose at least " + number(size_mm / 500, 3) +
                                      " mm (--wall). If the body is not meant to be that long, set --unit or --size.");
@@ -192,7 +209,7 @@ std::shared_ptr<Body> resolved_body(Mesh mesh, const Eigen::Affine3d& frame, Dis
 }
 
 bool Body::refine(const Discretisation& options, const Progress& progress) {
-  const double finest_mm = std::max(0.25 * options.wall_mm, size_mm / 1000);
+  const double finest_mm = std::max(0.25 * options.wall_mm, kFinest * size_mm);
   if (inner.field.spacing_mm < 1.2 * finest_mm) return false;
   progress.begin("domain");
   InnerDomainOptions finer = inner_options(options, size_mm);
@@ -202,7 +219,7 @@ bool Body::refine(const Discretisation& options, const Progress& progress) {
 }
 
 std::string Body::nothing_inside(const Discretisation& options, const Progress& progress) const {
-  if (!options.keep_solid.empty())
+  if (!options.keep_solid.empty() || !options.pillars.empty())
     return "Nothing remains inside a wall of " + number(options.wall_mm, 2) +
            " mm around the surface and what is kept solid that is large enough to print.";
   const ClosestPoint deepest = deepest_point(surface, progress);

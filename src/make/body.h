@@ -23,10 +23,15 @@ struct Discretisation {
   std::vector<Mesh> rooms;          ///< of what is fixed in the body, in the frame given
   Moments fixed = Moments::Zero();  ///< of what is fixed in the body, unit density of the print, in the frame given
   std::vector<Mesh> keep_solid;     ///< see HollowOptions
+  std::vector<Mesh> pillars;        ///< likewise
+  double pillar_clearance_mm = 0;
   /// Throws for a hull, in the working frame, with which it makes no sense to go on to the inner domain. May be empty.
   std::function<void(const Mesh& hull)> require = {};
   std::shared_ptr<KeptBodies> kept = {};  ///< see HollowOptions
 };
+/// The clearance of pillars that a field can tell in a body of that size.
+double least_pillar_clearance_mm(double size_mm);
+
 Discretisation discretisation(const Print& print, const HollowOptions& options);
 
 /// @throws Error{usage} for options out of range

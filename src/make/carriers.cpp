@@ -16,7 +16,9 @@ namespace rayrep::detail {
 namespace {
 
 /// Cones are that much steeper than they have to be: facets of a cavity are tilted by what its mesh may be off.
-constexpr double kSpare_rad = 1.5 * std::numbers::pi / 180;
+constexpr double kSpare_rad = 2 * std::numbers::pi / 180;
+/// So much more within two radii of the pillar, where a cone is bent most and chords along it are flatter than it.
+constexpr double kSpareBelow_rad = 8 * std::numbers::pi / 180;
 constexpr int kSides = 16;
 
 /// What of a roof one ray sees.
@@ -38,16 +40,20 @@ struct Carrier {
 struct Shape {
   double radius_mm;  ///< of pillars
   double slope;      ///< of cones, height over width
+  double steep;      ///< of their lower ends
   double margin_mm;  ///< half the diagonal of a cell
   double sag_mm;     ///< by which a roof may come down within that
 
   double underside_mm(const Carrier& c, double distance_mm) const {
-    return distance_mm < radius_mm ? c.foot_mm : c.neck_mm + (distance_mm - radius_mm) * slope;
+    return distance_mm < radius_mm ? c.foot_mm : c.neck_mm + rise_mm(distance_mm);
+  }
+  /// Of the underside over the neck.
+  double rise_mm(double distance_mm) const {
+    const double beside = std::max(0.0, distance_mm - radius_mm);
+    return beside * slope + std::min(beside, radius_mm) * (steep - slope);
   }
   /// The highest neck with which a roof at that distance is carried.
-  double neck_for(double roof_mm, double distance_mm) const {
-    return roof_mm - sag_mm - std::max(0.0, distance_mm + margin_mm - radius_mm) * slope;
-  }
+  double neck_for(double roof_mm, double distance_mm) const { return roof_mm - sag_mm - rise_mm(distance_mm + margin_mm); }
 };
 
 Eigen::Vector3d normal_at(const KeptSolid& solid, const Carrying& how, const Eigen::Vector3d& p, bool of_domain) {
@@ -65,8 +71,8 @@ public:
         progress_(progress),
         domain_(inner_domain(solid, {how.wall_mm, how.spacing_mm, how.spacing_mm, 0}, progress).rays),
         cavity_(how.within ? positive_part(domain_, *how.within) : domain_),
-        shape_{1.05 * how.wall_mm, std::tan(how.angle_rad + kSpare_rad), 0.5 * std::numbers::sqrt2 * how.spacing_mm,
-               0.5 * std::numbers::sqrt2 * how.spacing_mm * std::tan(how.angle_rad)} {
+        shape_{how.radius_mm(), std::tan(how.angle_rad + kSpare_rad), std::tan(how.angle_rad + kSpare_rad + kSpareBelow_rad),
+               0.5 * std::numbers::sqrt2 * how.spacing_mm, 0.5 * std::numbers::sqrt2 * how.spacing_mm * std::tan(how.angle_rad)} {
     find_roofs();
   }
 
@@ -162,7 +168,7 @@ private:
     around(c.axis, reach_of(c), [&](std::size_t ray, double distance_mm) {
       const double lo = shape_.underside_mm(c, distance_mm);
       for (const Interval& open : left_[ray])
-        taken_mm += std::max(0.0, std::min(open.hi, c.top_mm + how_.wall_mm) - std::max(open.lo, lo));
+        taken_mm += std::max(0.0, std::min(open.hi, c.top_mm + how_.clearance_mm()) - std::max(open.lo, lo));
     });
     // So that there are not too many; up to ten times as much hardly changes what they take in all.
     const double alone_mm3 = 15 * std::pow(shape_.radius_mm, 3);
@@ -171,7 +177,7 @@ private:
 
   void take(const Carrier& c) {
     around(c.axis, reach_of(c), [&](std::size_t ray, double distance_mm) {
-      const Interval cut{shape_.underside_mm(c, distance_mm), c.top_mm + how_.wall_mm};
+      const Interval cut{shape_.underside_mm(c, distance_mm), c.top_mm + how_.clearance_mm()};
       std::vector<Interval> rest;
       for (const Interval& open : left_[ray]) {
         if (open.lo < std::min(open.hi, cut.lo)) rest.push_back({open.lo, std::min(open.hi, cut.lo)});
@@ -251,18 +257,28 @@ private:
     take(c);
   }
 
-  /// What is the wall away from the carrier's surface; a pillar that begins outside of the body has no foot.
+  /// What is its clearance away from the carrier's surface; a pillar that begins outside of the body has no foot.
   Mesh bone(const Carrier& c) const {
-    const double width = 1 / shape_.slope;
-    const double radius = shape_.radius_mm - how_.wall_mm;
-    const double neck = c.neck_mm + how_.wall_mm * (std::sqrt(1 + width * width) - 1) / width;
+    const double around = how_.clearance_mm();
+    const double radius = shape_.radius_mm - around;
+    const double slope = shape_.slope;
+    const double steep = shape_.steep;
+    const auto off = [around](double s) { return around * std::sqrt(1 + s * s); };
+    const double neck = c.neck_mm + off(steep) - around * steep;
+    const double kink = 2 * shape_.radius_mm - (off(steep) - off(slope)) / (steep - slope);
+    const double kink_height = neck + (kink - radius) * steep;
     const double top = c.top_mm;
     std::vector<Eigen::Vector2d> profile{{0, c.foot_mm}, {radius, c.foot_mm}};
-    if (top > neck + 1e-3 * how_.wall_mm) {
-      if (neck > c.foot_mm + 1e-3 * how_.wall_mm) profile.emplace_back(radius, neck);
-      profile.emplace_back(radius + (top - std::max(neck, c.foot_mm)) * width, top);
+    if (top > neck + 1e-3 * around) {
+      const auto radius_at = [&](double z) {
+        return z < kink_height ? radius + (z - neck) / steep : kink + (z - kink_height) / slope;
+      };
+      if (neck > c.foot_mm + 1e-3 * around) profile.emplace_back(radius, neck);
+      if (kink_height > profile.back().y() + 1e-3 * around && top > kink_height + 1e-3 * around)
+        profile.emplace_back(kink, kink_height);
+      profile.emplace_back(radius_at(top), top);
     } else {
-      profile.emplace_back(radius, std::max(top, c.foot_mm + 1e-3 * how_.wall_mm));
+      profile.emplace_back(radius, std::max(top, c.foot_mm + 1e-3 * around));
     }
     profile.emplace_back(0, profile.back().y());
     // Around the cone, so that its flattest lines, which become round, are the edges.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -10,15 +11,21 @@ namespace rayrep::detail {
 
 /// How roofs of cavities are carried.
 struct Carrying {
-  double angle_rad = 0;           ///< they rise at least so much from the horizontal
-  double wall_mm = 1.2;           ///< pillars are a little thicker than twice that
+  double angle_rad = 0;  ///< they rise at least so much from the horizontal
+  double wall_mm = 1.2;
+  double pillar_mm = 1.2;         ///< so thick are pillars at least
   double spacing_mm = 0.5;        ///< of the rays on which roofs are looked for
   std::optional<Moments> within;  ///< of the inner domain only where q.phi > 0; none: all of it
+
+  /// Of pillars, with what chords of their mesh may cut off (1/60 of the wall).
+  double radius_mm() const { return 0.5 * pillar_mm + wall_mm / 60; }
+  /// Around their bones, which are not much thicker than a line where that may be: at most the wall.
+  double clearance_mm() const { return std::min(radius_mm() / 1.05, wall_mm); }
 };
 
 /// What was found, and what is to be kept solid for it.
 struct Carriers {
-  std::vector<Mesh> bones;  ///< that far inside of their surface as the wall is thick; closed, facing outward
+  std::vector<Mesh> bones;  ///< their clearance inside of their surface; closed, facing outward
   double roof_mm2 = 0;      ///< of roofs that nothing carries yet
   double surface_mm2 = 0;   ///< at least, of the cavity
 };

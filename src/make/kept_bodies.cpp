@@ -20,7 +20,7 @@ std::shared_ptr<Body> KeptBodies::body(const Eigen::Affine3d& frame, const Mesh&
   constexpr std::size_t kMost = 6;  // a pose looks at two, each turned when its rays miss thin parts
   // Posts under rooms depend on the wall, what is fixed weighs by the density, and what is kept solid is not compared: with any of
   // these nothing is taken over.
-  if (!options.rooms.empty() || !options.fixed.isZero(0) || !options.keep_solid.empty())
+  if (!options.rooms.empty() || !options.fixed.isZero(0) || !options.keep_solid.empty() || !options.pillars.empty())
     return std::make_shared<Body>(mesh, frame, options, progress);
   const auto alike = std::find_if(kept_.begin(), kept_.end(), [&](const Kept& k) {
     return k.body->to_working.matrix() == frame.matrix() && same(k.body->outer, mesh);

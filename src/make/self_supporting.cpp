@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kMostRounds = 6;
 /// Of the cavity's surface: roofs that are flatter and may be left, as rays see them.
-constexpr double kLeft = 0.003;
+constexpr double kLeft = 0.001;
 
 double radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
@@ -45,7 +45,9 @@ Planned planned(const Mesh& solid, const Spec& spec, const HollowOptions& option
 class PrintFrame {
 public:
   PrintFrame(const Body& body, const Eigen::Vector3d& direction)
-      : turn_(up_to_z(body.to_working.linear() * direction)), surface_(transformed(body.surface.mesh(), turn_)), body_(body) {}
+      : turn_(up_to_z(body.to_working.linear() * direction)),
+        surface_(transformed(body.surface.mesh(), turn_), body.surface.farther()),
+        body_(body) {}
 
   KeptSolid solid() const { return {surface_, body_.kept_from()}; }
   /// The same function of the point.
@@ -73,6 +75,16 @@ struct Wanted {
   Eigen::Vector3d direction;
 };
 
+/// @throws Error{usage} when they are too thin to be meshed
+double pillar_mm(const Print& print, double size_mm) {
+  const double least_mm = 2.1 * least_pillar_clearance_mm(size_mm);
+  if (print.min_feature_mm.value_or(least_mm) < least_mm)
+    throw Error(ErrorCode::usage, "Pillars of " + number(*print.min_feature_mm, 2) + " mm are too thin to be resolved in a body " +
+                                      number(size_mm, 1) + " mm long: choose at least " + number(least_mm, 2) +
+                                      " mm (--min-feature).");
+  return print.min_feature_mm.value_or(std::max(print.wall_mm, least_mm));
+}
+
 struct Slimmed {
   Planned planned;
   HollowOptions options;  ///< with what is kept solid for it
@@ -90,12 +102,17 @@ Slimmed slimmed(const Wanted& wanted, const Planned& all, const HollowOptions& o
     const Moments q = frame.quadric(result.planned.solved.q);
     const bool cut_is_no_roof = carries_itself(q, wanted.angle_rad, body.size_mm);
     const double wall_mm = print_of(wanted.spec).wall_mm;
-    Carrying how{wanted.angle_rad, wall_mm, std::min(std::max(body.size_mm / 160, wall_mm / 3), wall_mm / 2), {}};
+    Carrying how{.angle_rad = wanted.angle_rad,
+                 .wall_mm = wall_mm,
+                 .pillar_mm = pillar_mm(print_of(wanted.spec), body.size_mm),
+                 .spacing_mm = std::min(std::max(body.size_mm / 160, wall_mm / 3), wall_mm / 2),
+                 .within = {}};
     if (!cut_is_no_roof) how.within = q;
     const Carriers found = carriers(frame.solid(), how, progress);
     if (found.roof_mm2 <= kLeft * found.surface_mm2) break;
     result.carriers += found.bones.size();
-    for (const Mesh& bone : found.bones) result.options.keep_solid.push_back(frame.in_given_frame(bone));
+    for (const Mesh& bone : found.bones) result.options.pillars.push_back(frame.in_given_frame(bone));
+    result.options.pillar_clearance_mm = how.clearance_mm();
     result.planned = planned(wanted.solid, wanted.spec, result.options, progress);
     if (cut_is_no_roof && carries_itself(frame.quadric(result.planned.solved.q), wanted.angle_rad, body.size_mm)) break;
   }

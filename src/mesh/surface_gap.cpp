@@ -125,13 +125,18 @@ public:
     const Eigen::AlignedBox3d box = box_of(own);
     const Vector3d normal = safe_normal(own);
     for (const Face& face : faces_) {
-      const double limit = std::min(limit_mm, best.distance_mm);
+      const double farther = surface_.farther().of(face.triangle);
+      const double limit = std::min(limit_mm, best.distance_mm) - farther;
+      if (limit <= 0) continue;
       if (distance2(box, face.box) >= limit * limit) continue;
       if (clearance(face.corners[0], face.normal, own) >= limit || clearance(own[0], normal, face.corners) >= limit ||
           kept_apart(own, face.corners, limit))
         continue;
-      const NearestPair pair = triangle_distance(own, face.corners);
-      if (pair.distance_mm < limit) best = pair;
+      NearestPair pair = triangle_distance(own, face.corners);
+      if (pair.distance_mm >= limit) continue;
+      if (farther > 0 && pair.distance_mm > 0) pair.on_second += farther / pair.distance_mm * (pair.on_second - pair.on_first);
+      pair.distance_mm += farther;
+      best = pair;
     }
     return best;
   }

@@ -95,6 +95,7 @@ void collect_candidate(const RTCFilterFunctionNArguments* args) {
 
 struct ClosestContext {
   const Mesh* mesh;
+  const SurfaceQuery::Farther* farther;
   Eigen::Vector3d p;
   ClosestPoint best;
   double slack_mm;
@@ -115,7 +116,10 @@ void consider(ClosestContext& context, int triangle) {
   const double reach = (1 + 1e-6) * context.best.distance_mm;
   if (height * height > reach * reach * area2 && area2 > 1e-10 * (b - a).squaredNorm() * (c - a).squaredNorm()) return;
   Eigen::Vector3d nearest;
-  const double d = point_triangle_distance(context.p, a, b, c, &nearest);
+  const double there = point_triangle_distance(context.p, a, b, c, &nearest);
+  const double farther = context.farther->of(triangle);
+  const double d = there + farther;
+  if (farther > 0 && there > 0) nearest += farther / there * (nearest - context.p);
   if (d < context.best.distance_mm ||
       (d == context.best.distance_mm && (context.best.triangle < 0 || triangle < context.best.triangle)))
     context.best = {d, nearest, triangle};
@@ -159,10 +163,11 @@ struct SurfaceQuery::Impl {
   Mesh mesh;
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< Embree works in float32 about this point
   double diagonal_mm = 0;
+  Farther farther;
   Device device;
   RTCScene scene = nullptr;
 
-  explicit Impl(const Mesh& m) : mesh(m) {
+  Impl(const Mesh& m, const Farther& f) : mesh(m), farther(f) {
     const Eigen::AlignedBox3d box = bounding_box(mesh);
     if (!box.isEmpty()) {
       centre = box.center();
@@ -211,15 +216,19 @@ struct SurfaceQuery::Impl {
   }
 };
 
-SurfaceQuery::SurfaceQuery(const Mesh& mesh) : impl_(std::make_unique<Impl>(mesh)) {}
+SurfaceQuery::SurfaceQuery(const Mesh& mesh) : SurfaceQuery(mesh, Farther{}) {}
+SurfaceQuery::SurfaceQuery(const Mesh& mesh, const Farther& farther) : impl_(std::make_unique<Impl>(mesh, farther)) {
+  assert(farther.by_mm >= 0);
+}
 SurfaceQuery::~SurfaceQuery() = default;
 SurfaceQuery::SurfaceQuery(SurfaceQuery&&) noexcept = default;
 SurfaceQuery& SurfaceQuery::operator=(SurfaceQuery&&) noexcept = default;
 
 const Mesh& SurfaceQuery::mesh() const { return impl_->mesh; }
+const SurfaceQuery::Farther& SurfaceQuery::farther() const { return impl_->farther; }
 
 ClosestPoint SurfaceQuery::closest(const Eigen::Vector3d& p, double radius_mm, int hint) const {
-  ClosestContext context{&impl_->mesh, p, {}, 1e-6 * impl_->diagonal_mm};
+  ClosestContext context{&impl_->mesh, &impl_->farther, p, {}, 1e-6 * impl_->diagonal_mm};
   context.best.distance_mm = radius_mm;
   if (hint >= 0) consider(context, hint);
   impl_->query(p, search_radius(context.best.distance_mm, context.slack_mm), closest_callback, &context);

@@ -570,7 +570,10 @@ void check_cut(const Print& print) {
 }
 
 void check_self_supporting(const Print& print) {
-  if (print.self_supporting_deg == 0) return;
+  if (print.self_supporting_deg == 0) {
+    if (print.min_feature_mm) usage_error("--min-feature tells how thick pillars under roofs are: say --self-supporting, too.");
+    return;
+  }
   if (print.infill.wanted()) usage_error("Infill carries what lies above it: leave --self-supporting out, or the infill.");
   if (print.core.wanted() || print.balls.wanted())
     usage_error("--self-supporting does not know cores and balls: leave it out, or those.");
@@ -620,14 +623,25 @@ Settings roof_rows(Print& print) {
        .rare = true},
       {.name = "self-supporting",
        .value = "DEG",
-       .words = "roofs of cavities rise at least so much, like 45; 0: any",
+       .words = "roofs of cavities rise at least so much; alone 45, 0: any",
        .details =
            "No roof of a cavity rises less than so many degrees from the horizontal along --print-direction, so that it prints "
-           "without supports inside: flatter ones are carried by cones on pillars, a little thicker than twice the wall. What that "
+           "without supports inside: flatter ones are carried by cones on pillars (--min-feature). Alone it means 45. What that "
            "costs of the goal is told. A spin for which no direction is given may be made to be printed lying, if that costs less.",
        .place = &print.self_supporting_deg,
        .range = {.lo = 0, .hi = 75, .open = false},
-       .applies = For::making}};
+       .applies = For::making,
+       .alone = "45"},
+      {.name = "min-feature",
+       .value = "MM",
+       .words = "so thick are the pillars of --self-supporting (default: the wall)",
+       .details =
+           "Thinner ones take less of the room inside, thicker ones print more safely: what two perimeters give is the least.",
+       .place = &print.min_feature_mm,
+       .range = {.lo = 0.2, .hi = 50, .open = false},
+       .unset = "wall",
+       .applies = For::making,
+       .rare = true}};
 }
 
 template <typename Spec>

@@ -51,9 +51,10 @@ private:
       const ClosestPoint closest = surface_.closest(p, wall_ + reach, hint);
       value = wall_ - closest.distance_mm;
       hint = closest.triangle;
-    } else if (reach > wall_) {
-      const ClosestPoint closest = surface_.closest(p, reach - wall_, hint);
-      value = wall_ + closest.distance_mm;
+    } else if (const double kept = surface_.farther().by_mm; reach > wall_ - kept) {
+      // No more than the distance of the inner domain, be it the surface or what is kept solid that p lies behind.
+      const ClosestPoint closest = surface_.closest(p, reach - wall_ + 2 * kept, hint);
+      value = wall_ - kept + std::max(0.0, closest.distance_mm - kept);
       hint = closest.triangle;
     }
     if (value < -reach || value > reach) {

@@ -6,6 +6,7 @@
 #include "make/revolved.h"
 #include "rayrep/judge/kept_solid.h"
 #include "rayrep/judge/verify.h"
+#include "rayrep/mesh/boolean.h"
 #include "shapes.h"
 #include "solids.h"
 
@@ -97,6 +98,44 @@ TEST(Overhang, WhatHangsInTheAirIsAnIslandUntilItStands) {
   const Mesh standing = box({-1, -1, -1}, {1, 1, 12});
   EXPECT_EQ(in_cavity(with(standing)).islands, 0u);
   EXPECT_EQ(in_cavity(with(rod)).islands, 1u);  // half a millimetre above the floor
+}
+
+TEST(Overhang, APillarStandsOnTheFloorAndCarriesTheRoof) {
+  const Mesh room = box({-10, -10, 0}, {10, 10, 20});
+  const auto with = [&room](const Mesh& solid) {
+    const std::vector<Mesh> both = {room, solid};
+    return combined(both, {.operation = BooleanOperation::subtract}).mesh;
+  };
+  // Square, with a waist; a round one is as thick as its polygon.
+  const Mesh square = merged({box({-2, -1.5, -1}, {1, 1.5, 21})});
+  EXPECT_NEAR(in_cavity(with(square)).pillar_mm.value(), 3, 0.06);
+  const Mesh waist = detail::revolved({{0, -1}, {2, -1}, {2, 6}, {0.7, 8}, {0.7, 9}, {2, 11}, {2, 21}, {0, 21}}, 24);
+  EXPECT_NEAR(in_cavity(with(waist)).pillar_mm.value(), 1.4 * std::cos(kPi / 24), 0.03);
+  // Twisted, so that sections of consecutive layers have no corner in one another.
+  Mesh twisted;
+  constexpr int kRings = 111;
+  for (int n = 0; n < kRings; ++n)
+    for (int k = 0; k < 4; ++k) {
+      const double turn = kPi / 2 * k + kPi / 4 * n;
+      twisted.vertices.emplace_back(2 * std::cos(turn), 2 * std::sin(turn), -1 + 0.2 * n);
+    }
+  for (int n = 0; n + 1 < kRings; ++n)
+    for (int k = 0; k < 4; ++k) {
+      const int a = 4 * n + k, b = 4 * n + (k + 1) % 4;
+      twisted.triangles.insert(twisted.triangles.end(), {{a, b, b + 4}, {a, b + 4, a + 4}});
+    }
+  twisted.triangles.insert(twisted.triangles.end(), {{0, 2, 1}, {0, 3, 2}});
+  const int top = 4 * (kRings - 1);
+  twisted.triangles.insert(twisted.triangles.end(), {{top, top + 1, top + 2}, {top, top + 2, top + 3}});
+  ASSERT_TRUE(is_closed_solid(twisted));
+  EXPECT_EQ(in_cavity(with(twisted)).islands, 0u);
+  EXPECT_TRUE(in_cavity(with(twisted)).pillar_mm.has_value());
+  // What only stands, or only hangs, is none: its tip may be as thin as it likes.
+  const Mesh spike = detail::revolved({{0, -1}, {2, -1}, {0, 9}}, 24);
+  const Mesh icicle = detail::revolved({{0, 11}, {2, 21}, {0, 21}}, 24);
+  EXPECT_FALSE(in_cavity(with(spike)).pillar_mm.has_value());
+  EXPECT_FALSE(in_cavity(with(icicle)).pillar_mm.has_value());
+  EXPECT_FALSE(in_cavity(room).pillar_mm.has_value());
 }
 
 TEST(Overhang, IsToldOfEveryVerdictWithACavityAndJudgesNothing) {

@@ -146,9 +146,11 @@ TEST(SurfaceGap, TheSmallestIsThatOfAllPairs) {
   EXPECT_EQ(smallest_gap(ball, SurfaceQuery(Mesh())), HUGE_VAL);
 }
 
-TEST(SurfaceGap, ThoseBelowALimitAreThoseOfAllPairs) {
+/// @param by_mm  the second half of each surface is taken to be so much farther away
+void expect_gaps_are_those_of_all_pairs(double by_mm) {
   for (const Pair& pair : pairs()) {
-    const SurfaceQuery surface(pair.surface);
+    const auto half = static_cast<int>(pair.surface.triangles.size() / 2);
+    const SurfaceQuery surface(pair.surface, {half, by_mm});
     const double limit = 1.02 * smallest_gap(pair.mesh, surface) + 0.05;
     std::vector<int> chosen;
     for (std::size_t s = 0; s < pair.mesh.triangles.size(); ++s)
@@ -159,7 +161,8 @@ TEST(SurfaceGap, ThoseBelowALimitAreThoseOfAllPairs) {
       double nearest = HUGE_VAL;
       for (std::size_t t = 0; t < pair.surface.triangles.size(); ++t)
         nearest = std::min(nearest,
-                           triangle_distance(corners_of(pair.mesh, s), corners_of(pair.surface, static_cast<int>(t))).distance_mm);
+                           triangle_distance(corners_of(pair.mesh, s), corners_of(pair.surface, static_cast<int>(t))).distance_mm +
+                               (static_cast<int>(t) < half ? 0 : by_mm));
       if (nearest >= limit) continue;
       expected.push_back(s);
       distances.push_back(nearest);
@@ -170,8 +173,14 @@ TEST(SurfaceGap, ThoseBelowALimitAreThoseOfAllPairs) {
     for (std::size_t n = 0; n < gaps.size(); ++n) {
       EXPECT_EQ(gaps[n].triangle, expected[n]);
       EXPECT_NEAR(gaps[n].nearest.distance_mm, distances[n], 1e-9);
+      EXPECT_NEAR((gaps[n].nearest.on_first - gaps[n].nearest.on_second).norm(), distances[n], 1e-9);
     }
   }
+}
+
+TEST(SurfaceGap, ThoseBelowALimitAreThoseOfAllPairs) {
+  expect_gaps_are_those_of_all_pairs(0);
+  expect_gaps_are_those_of_all_pairs(0.04);
 }
 
 }  // namespace

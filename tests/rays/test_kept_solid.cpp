@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "rayrep/mesh/level_set.h"
 #include "rays/kept_solid.h"
 #include "shapes.h"
 #include "solids.h"
@@ -51,6 +52,28 @@ TEST(KeptSolid, MayReachOutAndOverlap) {
       ASSERT_TRUE(inside.contains(Eigen::Vector3d(xy.x(), xy.y(), interval.lo)));
       ASSERT_TRUE(inside.contains(Eigen::Vector3d(xy.x(), xy.y(), interval.hi)));
     }
+}
+
+TEST(KeptSolid, MayHaveAClearanceOfItsOwn) {
+  // Of two rods one is kept with the wall, the other with less.
+  const Mesh body = box({-15, -12, 0}, {15, 12, 20});
+  Mesh all = body;
+  append(all, box({-4, -3, 7}, {-3, 2, 12}));
+  const auto thin_from = static_cast<int>(all.triangles.size());
+  append(all, box({4, -3, 7}, {6, 2, 12}));
+  for (const double clearance : {1.5, 0.7, 0.3}) {
+    const SurfaceQuery surface(all, {thin_from, 1.5 - clearance});
+    const InnerDomain domain = detail::inner_domain({surface, static_cast<int>(body.triangles.size())}, {1.5, 0.2, 0.22, 0});
+    const double whole = 27 * 21 * 17;
+    const double taken = around_box_mm3({1, 5, 5}, 1.5) + around_box_mm3({2, 5, 5}, clearance);
+    EXPECT_NEAR(domain.rays.volume_mm3(), whole - taken, 2e-3 * whole) << clearance;
+    // What is meshed has no more of it than the rays.
+    const SurfaceQuery thin(box({4, -3, 7}, {6, 2, 12}));
+    double nearest = HUGE_VAL;
+    for (const Eigen::Vector3d& v : mesh_zero_set(domain.field).vertices)
+      nearest = std::min(nearest, thin.closest(v, 10).distance_mm);
+    EXPECT_NEAR(nearest, clearance, 0.1);
+  }
 }
 
 TEST(KeptSolid, NothingKeptChangesNothing) {

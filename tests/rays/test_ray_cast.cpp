@@ -205,6 +205,26 @@ TEST(SurfaceQuery, ClosestPointAgreesWithAllTriangles) {
   }
 }
 
+TEST(SurfaceQuery, TakesTrianglesToBeFartherAway) {
+  const Mesh near = torus(8, 3, 30, 20);
+  const Mesh mesh = merged({near, box({-2, -2, -9}, {2, 2, 9})});
+  const auto from = static_cast<int>(near.triangles.size());
+  const SurfaceQuery surface(mesh, {from, 1.3});
+  Random random(5);
+  for (int n = 0; n < 400; ++n) {
+    const Eigen::Vector3d p = 24 * Eigen::Vector3d(random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5);
+    double best = std::numeric_limits<double>::infinity();
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      best = std::min(best, point_triangle_distance(p, mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)) +
+                                (static_cast<int>(t) >= from ? 1.3 : 0));
+    const ClosestPoint found = surface.closest(p, 100);
+    ASSERT_NEAR(found.distance_mm, best, 1e-12);
+    ASSERT_NEAR((found.point_mm - p).norm(), best, 1e-12);
+    EXPECT_EQ(surface.closest(p, 100, n % static_cast<int>(mesh.triangles.size())).distance_mm, found.distance_mm);
+    EXPECT_EQ(surface.closest(p, 0.9 * best).triangle, -1);
+  }
+}
+
 TEST(SurfaceQuery, PointTriangleDistanceByRegion) {
   const Eigen::Vector3d a(0, 0, 0);
   const Eigen::Vector3d b(4, 0, 0);

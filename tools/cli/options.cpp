@@ -922,10 +922,17 @@ std::string hint_for(const std::string& option, const std::vector<std::string>& 
   return meant.empty() ? "" : " Did you mean " + meant + "?";
 }
 
+/// Of an option that may be alone: whether the next word is its value, and no mesh.
+bool is_number_like(const std::string& word) {
+  const std::string ending = ending_of(word);
+  return std::isdigit(static_cast<unsigned char>(word[0])) &&
+         !(ending.size() > 1 && std::isalpha(static_cast<unsigned char>(ending[1])));
+}
+
 /// The words of the command line as option and value, the mesh under "input". Values that begin with a dash are values.
 Given split(int argc, const char* const* argv, const std::vector<Group>& groups) {
   po::options_description accepted;
-  std::set<std::string> takes_value;
+  std::map<std::string, std::string> takes_value;  ///< and what it is without; empty: it needs one
   std::vector<std::string> names;
   for (const Group& group : groups)
     for (const Setting& s : group.settings) {
@@ -938,7 +945,7 @@ Given split(int argc, const char* const* argv, const std::vector<Group>& groups)
           accepted.add_options()(s.name.c_str(), po::value<std::vector<std::string>>(), "");
         else
           accepted.add_options()(s.name.c_str(), po::value<std::string>(), "");
-        takes_value.insert("--" + long_name(s));
+        takes_value["--" + long_name(s)] = s.alone;
       }
     }
   accepted.add_options()("input", po::value<std::string>());
@@ -947,8 +954,14 @@ Given split(int argc, const char* const* argv, const std::vector<Group>& groups)
   std::vector<std::string> arguments;
   for (int n = 2; n < argc; ++n) {
     arguments.emplace_back(argv[n]);
-    const bool value_follows = n + 1 < argc && std::string(argv[n + 1]).rfind("--", 0) != 0;
-    if (takes_value.contains(arguments.back()) && value_follows) arguments.back() += std::string("=") + argv[++n];
+    const auto option = takes_value.find(arguments.back());
+    if (option == takes_value.end()) continue;
+    const std::string& alone = option->second;
+    const bool follows = n + 1 < argc && std::string(argv[n + 1]).rfind("--", 0) != 0;
+    if (follows && (alone.empty() || is_number_like(argv[n + 1])))
+      arguments.back() += std::string("=") + argv[++n];
+    else if (!alone.empty())
+      arguments.back() += "=" + alone;
   }
   Given given;
   try {
@@ -1640,15 +1653,19 @@ SweepWords split_sweep(int argc, const char* const* argv, const Syntax& varied) 
   SweepWords words{{argv[0], argv[1]}, {}, {}};
   Options options = defaults_of(varied);
   std::set<std::string> switches;
+  std::set<std::string> may_be_alone;
   for (const Group& group : groups_of_all_goals(varied, options))
-    for (const Setting& s : group.settings)
+    for (const Setting& s : group.settings) {
       if (s.value.empty()) switches.insert(long_name(s));
+      if (!s.alone.empty()) may_be_alone.insert(long_name(s));
+    }
   for (int n = 3; n < argc; ++n) {
     const std::string word = argv[n];
     const std::size_t equals = word.find('=');
     const std::string name = word.substr(0, equals);
     const bool ours = name == "--vary" || name == "--output" || name.starts_with("-o") || name == "--help" || name == "-h";
-    const bool alone = equals != std::string::npos || n + 1 == argc;
+    const bool alone = equals != std::string::npos || n + 1 == argc ||
+                       (word.starts_with("--") && may_be_alone.contains(name.substr(2)) && !is_number_like(argv[n + 1]));
     if (ours) {
       words.own.push_back(argv[n]);
       if (!alone && (name == "--vary" || name == "--output" || name == "-o")) words.own.push_back(argv[++n]);

@@ -163,6 +163,10 @@ SpecFile read_spec_file(const std::filesystem::path& path, const Settings& known
       texts = {""};
       continue;
     }
+    if (value == true && name != "mesh" && !setting->alone.empty()) {
+      texts = {setting->alone};
+      continue;
+    }
     const auto found = setting_texts(value, name != "mesh" && setting->repeated);
     if (!found)
       usage_error(file.place(name) + name + " takes " + (name == "mesh" ? "FILE" : setting->value) +

@@ -16,7 +16,7 @@ std::string option_words(const Setting& s, const std::string& usual) {
   const auto comma = s.name.find(',');
   std::string text =
       comma == std::string::npos ? "--" + s.name : "-" + s.name.substr(comma + 1) + " [ --" + s.name.substr(0, comma) + " ]";
-  if (!s.value.empty()) text += " " + s.value;
+  if (!s.value.empty()) text += s.alone.empty() ? " " + s.value : " [" + s.value + "]";
   return text + usual;
 }
 

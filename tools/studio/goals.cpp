@@ -72,6 +72,7 @@ void take_setting(const std::string& name, const Json& value, const std::vector<
     wanted.settings.emplace_back(name, "");
     return;
   }
+  if (value == true && !setting->alone.empty()) return void(wanted.settings.emplace_back(name, setting->alone));
   const auto texts = setting_texts(value, setting->repeated);
   if (!texts) usage_error("--" + name + " takes " + setting->value + ", as a number, a text or a list of them.");
   for (const std::string& text : *texts) wanted.settings.emplace_back(name, text);

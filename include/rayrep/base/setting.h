@@ -47,9 +47,10 @@ struct Setting {
   Range range = {};
   std::string unset = "auto";  ///< what the absence of an optional number is called
   For applies = For::all;
-  bool rare = false;      ///< help only names it, the man page tells it
-  bool repeated = false;  ///< may be given several times: each is parsed in its turn
-  std::string also = {};  ///< a setting that says the same in another way: at most one of the two may be given
+  bool rare = false;       ///< help only names it, the man page tells it
+  bool repeated = false;   ///< may be given several times: each is parsed in its turn
+  std::string also = {};   ///< a setting that says the same in another way: at most one of the two may be given
+  std::string alone = {};  ///< what it is when it is given without a value; empty: it needs one
 };
 
 using Settings = std::vector<Setting>;

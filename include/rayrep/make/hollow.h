@@ -49,6 +49,9 @@ struct HollowOptions {
   /// Regions in which the body stays solid (a hook, an eye, a boss for a screw), and as far around as the wall. In the frame of the
   /// mesh that is given, closed, facing outward; they may reach out of it.
   std::vector<Mesh> keep_solid = {};
+  /// Likewise of pillars (Print::self_supporting_deg): as far around them as their own clearance, which is at most the wall.
+  std::vector<Mesh> pillars = {};
+  double pillar_clearance_mm = 0;
   /// Heights above the lowest point at which the print is paused to put them in; empty: those of the tops of their rooms.
   std::vector<double> pauses_mm = {};
   /// Only a look at what is in reach, with nothing made after it: the grid of the cavity need not be finer than half of the rays',

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -27,16 +28,25 @@ struct LineHit {
 /// Immutable after construction; every const member may be called from many threads at once.
 class SurfaceQuery {
 public:
+  /// Triangles that `closest` takes to be farther away than they are: those from `from` on, by `by_mm`.
+  struct Farther {
+    int from = std::numeric_limits<int>::max();
+    double by_mm = 0;
+    double of(int triangle) const { return triangle >= from ? by_mm : 0; }
+  };
   /// Keeps a copy of the triangles. An empty mesh is allowed.
   explicit SurfaceQuery(const Mesh& mesh);
+  SurfaceQuery(const Mesh& mesh, const Farther& farther);
   ~SurfaceQuery();
   SurfaceQuery(SurfaceQuery&&) noexcept;
   SurfaceQuery& operator=(SurfaceQuery&&) noexcept;
 
   const Mesh& mesh() const;
+  const Farther& farther() const;
 
   /// Nearest point of the surface within `radius_mm` of p, in double precision (error below 1e-6 of the mesh's diagonal in which
-  /// triangle is nearest, exact for the triangle chosen).
+  /// triangle is nearest, exact for the triangle chosen). Of one that is taken to be farther away the point is as much farther, on
+  /// the same line; distances stay 1-Lipschitz.
   /// @param hint  a triangle expected to be near (e.g. the answer for a neighbouring point), or -1: only speeds the search up
   ClosestPoint closest(const Eigen::Vector3d& p, double radius_mm, int hint = -1) const;
 

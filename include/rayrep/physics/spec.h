@@ -36,6 +36,7 @@ struct Print {
   std::optional<Eigen::Vector3d> direction = {};
   /// Of a maker: roofs of cavities rise at least so many degrees from the horizontal along that direction; 0: as they come.
   double self_supporting_deg = 0;
+  std::optional<double> min_feature_mm = {};  ///< of a maker: so thick are the pillars that carry them; none: as thick as the wall
 };
 
 /// How prints scatter: the centre of mass may lie this far from where the mesh has it. 0.1 mm, or 5e-4 of the diagonal of the
