@@ -223,6 +223,7 @@ private:
   }
 
   void add_ways();
+  void add_plugs();
   void add_waterlines();
   void add_axes(const SpinSpec& spec);
   void add_targets(const StandSpec& spec);
@@ -264,6 +265,7 @@ private:
 };
 
 void Adviser::add_ways() {
+  add_plugs();
   if (std::holds_alternative<FloatSpec>(asked_)) add_waterlines();
   if (const auto* spec = std::get_if<SpinSpec>(&asked_)) add_axes(*spec);
   if (const auto* spec = std::get_if<StandSpec>(&asked_)) {
@@ -280,6 +282,13 @@ void Adviser::add_ways() {
   add_sizes();
   add_materials();
   add_deformation();
+}
+
+/// Holes that are closed again may be anywhere.
+void Adviser::add_plugs() {
+  const Drains& drains = print_of(asked_).drains;
+  if (!drains.wanted() || drains.plugged) return;
+  ways_.push_back({ChangeKind::plug, "plugs", {{"the holes closed again by plugs", {{"plug", ""}}}}, {}});
 }
 
 /// The waterline that a search finds, where there is one; else one that leaves less dry than a search would.

@@ -17,6 +17,7 @@ namespace rayrep {
 
 /// What may be changed of what was asked, from what intrudes least on.
 enum class ChangeKind {
+  plug,       ///< holes that drain it, closed again
   point,      ///< through which point a top's axis goes; above which the body stands
   tilt,       ///< the way up, by a few degrees
   wall,       ///< thinner
@@ -32,9 +33,9 @@ enum class ChangeKind {
   material,   ///< another density
   deform,     ///< the outside moved
 };
-inline constexpr std::array<const char*, 14> kChangeKindNames = {"point",   "tilt",    "wall",     "prefer", "waterline",
-                                                                 "size",    "contact", "infill",   "core",   "balls",
-                                                                 "flatten", "up",      "material", "deform"};
+inline constexpr std::array<const char*, 15> kChangeKindNames = {"plug",      "point",   "tilt",    "wall",     "prefer",
+                                                                 "waterline", "size",    "contact", "infill",   "core",
+                                                                 "balls",     "flatten", "up",      "material", "deform"};
 
 /// How far each kind of change goes. What is looked for lies within these, whoever looks.
 struct ChangeLimits {
