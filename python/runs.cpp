@@ -304,9 +304,9 @@ Outcome verify_printed(const Options& options, const Given& given, const Progres
   print_of(spec).density_g_cm3 = report.print->density_g_cm3;
   progress.begin("verify");
   outcome.judged = {fixed_parts(options, given, progress)};
-  const Moments put_in = insert_moments(outcome.judged, report.print->density_g_cm3);
-  report.after = verify_print(outcome.given, report.print->placed->s + put_in, spec, {}, progress);
-  if (!outcome.judged.parts.empty()) report.after.notes.emplace_back("Whether what is put in has room in the print is not judged.");
+  if (!options.plugs.empty())
+    for (Part& part : tool::read_plugs(options.plugs)) outcome.judged.parts.push_back(std::move(part));
+  report.after = tool::verify_print_with(outcome.judged, outcome.given, *report.print, spec, progress);
   outcome.judged.parts.push_back({.mesh = outcome.given});
   report.peak_memory_mb = peak_memory_mb();
   return outcome;

@@ -52,6 +52,19 @@ std::vector<Part> read_plugs(const std::filesystem::path& path) {
   return parts;
 }
 
+Verdict verify_print_with(const Delivery& put_in, const Mesh& original, const Measurement& print, const Spec& spec,
+                          const Progress& progress) {
+  const Mesh plugs = put_in.mesh_of(Part::Role::plug);
+  const Moments more = insert_moments(put_in, print.density_g_cm3) + mesh_moments(plugs);
+  Verdict verdict = verify_print(original, print.placed->s + more, spec, {}, progress);
+  if (put_in.has_inserts()) verdict.notes.emplace_back("Whether what is put in has room in the print is not judged.");
+  if (print_of(spec).drains.wanted())
+    verdict.notes.push_back(std::string("Of a print neither its holes are judged nor what stays in its cavities. Assumed: ") +
+                            (plugs.triangles.empty() ? "no hole lets the fluid in" : "the plugs close its holes") +
+                            ", and nothing stays. 'rayrep verify MESH --drain auto' judges that of the mesh that was sliced.");
+  return verdict;
+}
+
 SlicedBodies::SlicedBodies(const Options& options, const Progress& progress) : options_(options), progress_(progress) {
   if (!by_hand()) {
     folder_.emplace();

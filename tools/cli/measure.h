@@ -20,6 +20,10 @@ Delivery delivery_of(MeshFile file, const std::optional<double>& percent_laid_do
 /// What closes holes, as it was written. @throws Error{input}
 std::vector<Part> read_plugs(const std::filesystem::path& path);
 
+/// Judges a print with what is put into it and the plugs that close it; what nobody can tell of a print is among its notes.
+Verdict verify_print_with(const Delivery& put_in, const Mesh& original, const Measurement& print, const Spec& spec,
+                          const Progress& progress);
+
 /// What is printed of one body after the other: as a slicer lays it down, its G-code in a temporary folder; or as it is expected
 /// after what was sliced by hand (Options::as_sliced), with as much more than the mesh as that had.
 class SlicedBodies {

@@ -1143,6 +1143,8 @@ void check_print(const Given& given, Options& options) {
   if (!print) return;
   if (options.original.empty())
     usage_error("To judge a print, name the mesh it was made from: --original MESH. Its outside is what touches water and ground.");
+  if (print_of(options.spec).drains.plugged && options.plugs.empty())
+    usage_error("What closes the holes of a print is not in its file: name it, where it is in the body (--plugs FILE).");
   if (options.each) usage_error("--each is for meshes: judge prints one by one.");
   if (given.contains("flatten"))
     usage_error("A print stands on the base that was cut: name the mesh that was sliced as --original, and leave --flatten out.");

@@ -497,9 +497,9 @@ void verify_printed(const Options& options, Stages& stages, const Progress& prog
   std::visit([&](auto& s) { s.print.density_g_cm3 = report.print->density_g_cm3; }, spec);
   progress.begin("verify");
   Delivery judged{read_fixed(options, progress)};
-  const Moments put_in = insert_moments(judged, report.print->density_g_cm3);
-  report.after = verify_print(original.checked.mesh, report.print->placed->s + put_in, spec, {}, progress);
-  if (!options.fixed.empty()) report.after.notes.emplace_back("Whether what is put in has room in the print is not judged.");
+  if (!options.plugs.empty())
+    for (Part& part : read_plugs(options.plugs)) judged.parts.push_back(std::move(part));
+  report.after = verify_print_with(judged, original.checked.mesh, *report.print, spec, progress);
   Pictures pictures;
   if (options.draws()) {
     progress.begin("draw");
