@@ -141,6 +141,7 @@ public:
     trace();
     quality();
     cavities();
+    overhang();
     growth();
     teapot();
     sliced();
@@ -450,6 +451,34 @@ private:
                 significant(r->extra("as built"), 2), significant(r->extra("crease rms"), 2),
                 significant(r->extra("crease p99"), 2), significant(r->extra("crease max"), 2), significant(r->extra("wall"), 3),
                 whole(r->extra("crossing"))});
+    }
+  }
+
+  void overhang() {
+    const Records records = store_.table("overhang");
+    if (records.empty()) return;
+    out_.line("");
+    out_.line("## Roofs that print without supports");
+    out_.line("");
+    out_.line(
+        "`--self-supporting 45`, pillars as thick as the wall, printed along three directions. Share of the cavity's surface that "
+        "rises");
+    out_.line(
+        "less than 43 degrees; pieces that begin in mid-air; widest bridge in a layer of 0.2 mm; thinnest pillar; cones, and what "
+        "of "
+        "the room");
+    out_.line("inside is left; by how much the objective could be lower without, as a share of its bound.");
+    out_.header({"shape", "goal", "along", "share", "islands", "bridge, mm", "pillar, mm", "cones", "room left", "price",
+                 "as built", "seconds", "verdict"});
+    for (const Record* r : records) {
+      if (!r->converged() && r->status != "judged to fail") {
+        out_.row({r->mesh, r->goal, r->solver, quality_text(*r, 0, 1)});
+        continue;
+      }
+      out_.row({r->mesh, r->goal, r->solver, significant(100 * r->extra("roof share"), 2) + " %", whole(r->extra("islands")),
+                significant(r->extra("bridge_mm"), 2), significant(r->extra("pillar_mm"), 3), whole(r->extra("carriers")),
+                significant(100 * r->extra("inner_domain_kept"), 3) + " %", significant(100 * r->extra("price"), 3) + " %",
+                significant(r->extra("as built"), 2), significant(r->seconds.median, 3), r->converged() ? "VERIFIED" : r->status});
     }
   }
 
