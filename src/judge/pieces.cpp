@@ -245,6 +245,10 @@ void judge_pieces(const PrintedDelivery& printed, const Spec& spec, const Limits
     criteria.push_back(at_most("cavities_opened", "cavities that no cut opens", static_cast<double>(sealed), 0));
   else if (sealed > 0 && !with_axle(spec))
     verdict.notes.push_back(plural(sealed, "cavity is", "cavities are") + " opened by no cut: --cut auto opens all.");
+  else if (sealed > 0)
+    verdict.notes.push_back(plural(sealed, "cavity stays", "cavities stay") +
+                            " closed: the halves are whole towards the string. With '--axle none --cut auto' all are open, and the "
+                            "pieces are glued.");
   const double wall_mm = print_of(spec).wall_mm;
   if (const double wall = wall_at_pins(delivered, whole, progress); wall_mm > 0 && std::isfinite(wall))
     criteria.push_back(at_least("wall_at_pins", "thinnest wall between cavities and pins, over the wall asked for", wall / wall_mm,

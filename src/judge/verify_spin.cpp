@@ -8,6 +8,7 @@
 #include "physics/spin_simulation.h"
 #include "rayrep/base/error.h"
 #include "rayrep/judge/verify.h"
+#include "rayrep/physics/axle.h"
 #include "rayrep/physics/hydrostatics.h"
 
 namespace rayrep {
@@ -225,6 +226,12 @@ void describe(SpinVerdict& verdict, const Limits& limits) {
   verdict.wanted = {{.name = "axis", .words = "", .value = list(up)},
                     {.name = spec.yoyo ? "centre_mm" : "contact_mm", .words = "", .unit = Unit::mm, .value = list(place)},
                     {.name = "prefer", .words = "", .value = std::string(name_of(spec.prefer))}};
+  if (has_axle(spec.axle)) {
+    SpinSpec told = spec;
+    for (const Setting& row : settings(told, Setting::For::judging))
+      if (row.name == "axle") verdict.wanted.push_back({.name = "axle", .words = "", .value = shown(row)});
+    verdict.wanted.push_back({.name = "gap_mm", .words = "", .unit = Unit::mm, .value = spec.axle.gap_mm});
+  }
   add_print(spec.print, verdict.wanted);
 }
 

@@ -247,6 +247,7 @@ std::string to_json(const RunReport& report) {
     add(report.outside->changes, json["outside"]);
   }
   if (!report.dense_output.empty()) json["phases"] = {{"dense", report.dense_output}, {"sparse", report.sparse_output}};
+  if (!report.piece_outputs.empty()) json["pieces"] = report.piece_outputs;
   if (!report.pauses_mm.empty()) json["pauses_mm"] = report.pauses_mm;
   if (report.hollow && !report.hollow->balls.empty()) {
     json["balls"] = Json::array();

@@ -219,6 +219,12 @@ std::string printing_text(const RunReport& report) {
   if (report.outside) text += format(". %s is the outside that it has now", report.outside->path);
   if (!report.dense_output.empty())
     text += format(". %s is what is solid, %s what is sparse", report.dense_output, report.sparse_output);
+  if (!report.piece_outputs.empty()) {
+    text += ". Its pieces, each lying on its cut, are ";
+    for (const std::string& path : report.piece_outputs)
+      text += (&path == &report.piece_outputs.front() ? "" : &path == &report.piece_outputs.back() ? " and " : ", ") + path;
+    text += ", too";
+  }
   if (report.insert) text += ". " + insert_text(report);
   if (print.drains.wanted()) text += ". " + drains_text(report);
   if (!report.pauses_mm.empty()) text += ". " + pauses_text(report);

@@ -1262,11 +1262,11 @@ void choose_axle(const Given& given, Options& options) {
   if (has_axle(spin->axle) && !given.contains("gap")) spin->axle.gap_mm = kUsualGap_mm;
 }
 
-/// @throws Error{usage} for an output that cannot hold pieces
-void require_room_for_pieces(const Options& options) {
-  if (!makes_pieces(options) || can_write_infill(options.output)) return;
-  usage_error("Pieces are told apart in 3MF only: end '" + options.output.string() + "' in .3mf, or " +
-              (print_of(options.spec).cut.wanted() ? "leave --cut out." : "say --axle none, which makes the yo-yo in one piece."));
+/// Pieces are told apart, and where they are in the whole, in 3MF only: in other formats each has a file of its own beside that.
+void choose_piece_output(Options& options) {
+  if (!makes_pieces(options) || can_write_infill(options.output) || !can_write(options.output)) return;
+  options.piece_output = options.output;
+  options.output.replace_extension(".3mf");
 }
 
 void choose_output(Options& options) {
@@ -1274,7 +1274,7 @@ void choose_output(Options& options) {
   const bool sparse = print_of(options.spec).infill.wanted();
   if (options.output.empty())
     options.output = options.input.stem().string() + "_" + options.goal + (sparse || makes_pieces(options) ? ".3mf" : ".stl");
-  require_room_for_pieces(options);
+  choose_piece_output(options);
   if (sparse && !can_write_infill(options.output))
     usage_error("Where to print sparsely is told by a modifier, which only 3MF holds: end '" + options.output.string() +
                 "' in .3mf.");
@@ -1376,11 +1376,17 @@ double Options::insert_density() const {
   return made.core.wanted() ? made.core.density_g_cm3 : made.balls.density_g_cm3;
 }
 
+std::filesystem::path Options::output_of_piece(std::size_t number) const {
+  return piece_output.parent_path() /
+         (piece_output.stem().string() + "_" + std::to_string(number) + piece_output.extension().string());
+}
+
 std::vector<std::filesystem::path> Options::meshes() const {
   std::vector<std::filesystem::path> written;
   if (command == Command::balance) return written;  // the output is a folder
   for (const auto& mesh : {output, insert_output, plug_output, outside_output, dense_output, sparse_output})
     if (!mesh.empty()) written.push_back(mesh);
+  for (std::size_t n = 1; n <= 2 && !piece_output.empty(); ++n) written.push_back(output_of_piece(n));
   return written;
 }
 

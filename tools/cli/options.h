@@ -114,6 +114,7 @@ struct Options {
   std::filesystem::path outside_output;               ///< where the outside may be deformed
   bool phases = false;                                ///< of infill: write what is dense and what is sparse as meshes, too:
   std::filesystem::path dense_output, sparse_output;  ///< empty: they are not written
+  std::filesystem::path piece_output;                 ///< empty: likewise; else NAME.stl, of which the first piece is NAME_1.stl
   ThreeMfFlavor flavor = ThreeMfFlavor::prusa;
   std::filesystem::path
       original;  ///< verify: the surface that must be unchanged; measure: where the print is looked for; may be empty
@@ -131,7 +132,8 @@ struct Options {
   }
   double insert_density() const;  ///< of what is in insert_output
   bool draws() const { return !sections.empty() || !picture.empty(); }
-  /// All meshes that are written.
+  std::filesystem::path output_of_piece(std::size_t number) const;  ///< counted from 1
+  /// All meshes that are written; of pieces the first two.
   std::vector<std::filesystem::path> meshes() const;
   std::vector<ChangeKind> allow;               ///< which changes are made where it cannot be done as asked
   std::string changed;                         ///< what was changed so; empty: nothing

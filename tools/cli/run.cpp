@@ -131,8 +131,9 @@ std::filesystem::path numbered(const std::filesystem::path& path, std::size_t nu
 /// The options for one body of many.
 Options options_for(const Options& options, std::size_t number) {
   Options one = options;
-  for (std::filesystem::path* path : {&one.output, &one.insert_output, &one.plug_output, &one.outside_output, &one.dense_output,
-                                      &one.sparse_output, &one.report, &one.html, &one.urdf, &one.mjcf, &one.gcode, &one.picture})
+  for (std::filesystem::path* path :
+       {&one.output, &one.insert_output, &one.plug_output, &one.outside_output, &one.dense_output, &one.sparse_output,
+        &one.piece_output, &one.report, &one.html, &one.urdf, &one.mjcf, &one.gcode, &one.picture})
     *path = numbered(*path, number);
   for (SectionFile& section : one.sections) section.path = numbered(section.path, number);
   refuse_overwriting(one);
@@ -247,6 +248,28 @@ private:
   std::string replaced_;
 };
 
+/// Each piece as it lies on the bed, above the origin. @returns their paths
+/// @throws Error{write} when rounding of coordinates spoils one
+std::vector<std::string> write_pieces(const Options& options, const Delivery& made, Companions& companions,
+                                      const Progress& progress) {
+  std::vector<std::string> paths;
+  for (const Part& part : made.parts) {
+    if (options.piece_output.empty() || part.role != Part::Role::body) continue;
+    Mesh mesh = transformed(part.mesh, part.to_bed);
+    const Eigen::Vector3d middle = bounding_box(mesh).center();
+    for (Eigen::Vector3d& v : mesh.vertices) v.head<2>() -= middle.head<2>();
+    const std::filesystem::path target = options.output_of_piece(paths.size() + 1);
+    const CheckedMesh back = check_mesh(read_mesh(companions.write(target, mesh, Eigen::Vector3d::UnitZ())).mesh, {}, progress);
+    const double volume_mm3 = mesh_moments(mesh)[M1];
+    constexpr double kRounding = 1e-5;
+    if (!back.report.usable || std::abs(mesh_moments(back.mesh)[M1] - volume_mm3) > kRounding * volume_mm3)
+      throw Error(ErrorCode::write, "The " + part.name + " does not stand the rounding of coordinates in '" + target.string() +
+                                        "': write .3mf or .obj, which keep all digits.");
+    paths.push_back(target.string());
+  }
+  return paths;
+}
+
 void judge_kept(const Options& options, const Delivery& delivered, const Spec& spec, Verdict& verdict, const Progress& progress) {
   if (options.keep_solid.empty()) return;
   const std::vector<Mesh> regions = read_kept_solid(options, progress);
@@ -286,6 +309,7 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
     report.dense_output = options.dense_output.string();
     report.sparse_output = options.sparse_output.string();
   }
+  report.piece_outputs = write_pieces(options, hollow.delivery, companions, progress);
   hollow.delivery = {};
   constexpr ReadOptions kAnySize{.memory_bytes = std::numeric_limits<std::size_t>::max()};
   if (!made.mesh.triangles.empty()) {

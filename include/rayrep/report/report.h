@@ -74,6 +74,7 @@ struct RunReport {
   };
   std::optional<Outside> outside;
   std::string dense_output, sparse_output;  ///< paths of the two phases of infill; empty: not written
+  std::vector<std::string> piece_outputs;   ///< paths of the pieces, each lying on its cut; empty: they are in the output alone
   std::vector<double> pauses_mm;            ///< of the print, to put in what is fixed
   std::size_t delivered_triangles = 0;
   std::optional<HollowResult> hollow;                     ///< none: a verify run
