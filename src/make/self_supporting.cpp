@@ -229,6 +229,7 @@ Plan plan_self_supporting(const Mesh& solid, const Spec& spec, const HollowOptio
 
 HollowResult hollow_self_supporting(const Mesh& solid, const Spec& spec, const HollowOptions& options, const Progress& progress) {
   Found way = found(solid, spec, options, progress);
+  way.slim.options.max_passes *= 2;  // with many cones cuts are made anew more often, each mended in its own way
   HollowResult result = carry_out(way.slim.planned.plan, way.slim.options, progress);
   print_of(result.spec) = print_of(way.spec);
   tell(way.all, way.slim, print_of(spec), result);

@@ -60,6 +60,25 @@ void take(const Suggestion& suggestion, Spec& spec, Mesh& mesh) {
   }
 }
 
+TEST(Suggest, PlugsWhereHolesCannotBe) {
+  // Whatever drains it as it is printed lies below the water.
+  FloatSpec asked;
+  asked.print.drains.where = Drains::Where::found;
+  asked.print.wall_mm = 2;
+  asked.submerged_fraction = 0.6;
+  const Mesh mesh = test::uv_ellipsoid(30, 24, 20, 32);
+  EXPECT_TRUE(refused(mesh, asked));
+  const Advice advice = suggest(mesh, asked, coarse(), {.first_only = true});
+  ASSERT_EQ(advice.suggestions.size(), 1u) << advice.tried;
+  EXPECT_EQ(advice.suggestions[0].kinds, std::vector{ChangeKind::plug});
+  const std::vector<std::pair<std::string, std::string>> plug = {{"plug", ""}};
+  EXPECT_EQ(advice.suggestions[0].options, plug);
+  Spec spec = asked;
+  Mesh changed = mesh;
+  take(advice.suggestions[0], spec, changed);
+  EXPECT_FALSE(refused(changed, spec));
+}
+
 Advice advice_that_works(const Mesh& mesh, const Spec& asked) {
   EXPECT_TRUE(refused(mesh, asked));
   const Advice advice = suggest(mesh, asked, coarse());

@@ -100,8 +100,29 @@ TEST_F(Tool, WritesPlugsThatCloseTheHoles) {
   EXPECT_TRUE(mentions(run("float egg.stl --resin --material pla").err, {"either --material or --resin"}));
   EXPECT_TRUE(mentions(run("float egg.stl --plug").err, {"--drain auto"}));
   EXPECT_TRUE(mentions(run("float egg.stl --drain 1,2").err, {"X,Y,Z"}));
+  EXPECT_TRUE(mentions(run("verify a.gcode --original egg.stl --drain auto --plug").err, {"--plugs FILE"}));
   EXPECT_TRUE(mentions(run("float egg.stl --drain auto --infill 15").err, {"--drain"}));
   EXPECT_TRUE(mentions(run("float egg.stl --drain auto --plug --plug-clearance 1 --drain-diameter 2").err, {"too thin"}));
+}
+
+TEST_F(Tool, AnOptionMayBeGivenWithoutItsValue) {
+  // What is said is noted before the work begins, which is refused.
+  const auto noted = [this](const std::string& words) {
+    fs::remove(folder_ / "said.json");
+    const Run refused = run("float " + words + " --solver voxels --no-advice --save-config said.json");
+    EXPECT_TRUE(mentions(refused.err, {"Only --solver quadric"})) << words;
+    return nlohmann::json::parse(text_of(folder_ / "said.json"))["self-supporting"];
+  };
+  EXPECT_EQ(noted("egg.stl --self-supporting"), 45);
+  EXPECT_EQ(noted("--self-supporting egg.stl"), 45);
+  EXPECT_EQ(noted("--self-supporting 40 egg.stl"), 40);
+  EXPECT_EQ(noted("--self-supporting=30.5 egg.stl"), 30.5);
+  std::ofstream(folder_ / "spec.json") << R"({ "mesh": "egg.stl", "self-supporting": true })";
+  EXPECT_EQ(noted("spec.json"), 45);
+  EXPECT_TRUE(mentions(run("float egg.stl --self-supporting 45deg").err, {"without 'deg'"}));
+  EXPECT_TRUE(mentions(run("float egg.stl --wall").err, {"wall"}));
+  EXPECT_TRUE(mentions(run("float --help").out, {"--self-supporting [DEG]"}));
+  EXPECT_TRUE(mentions(run("sweep float egg.stl --self-supporting --vary wall=1,2").out, {"\"self-supporting\":true"}));
 }
 
 TEST_F(Tool, SuggestsACommandThatWorks) {
@@ -427,7 +448,12 @@ TEST_F(Tool, AYoyoIsInTwoHalvesUnlessItIsToBeOnePiece) {
   const Run strict = run("verify puck_spin.3mf --goal yoyo --original puck.stl");
   EXPECT_EQ(strict.code, 4);
   EXPECT_NE(strict.err.find("outer_unchanged"), std::string::npos);
-  EXPECT_TRUE(mentions(run("spin puck.stl --yoyo -o p.stl").err, {".3mf", "--axle none"}));
+  EXPECT_TRUE(mentions(judged.out, {"2 cavities stay closed"}));
+  const Run halves = run("spin puck.stl --yoyo --resolution 40 -o p.stl --report r.json");
+  EXPECT_TRUE(mentions(halves.out, {"wrote p.3mf", "p_1.stl and", "p_2.stl"})) << halves.err;
+  const auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_EQ(report["goal"]["axle"], "m4");
+  EXPECT_EQ(report["goal"]["gap_mm"], 4);
   EXPECT_EQ(run("spin puck.stl --yoyo --axle none --resolution 40 -o p.stl").code, 0);
 }
 
@@ -440,7 +466,20 @@ TEST_F(Tool, PiecesAreWrittenJudgedAndSeenPutTogether) {
   const std::string again = made.out.substr(made.out.find("verify egg_float.3mf"));
   EXPECT_EQ(run(again.substr(0, again.find('\n'))).code, 0);
   EXPECT_NE(run("inspect egg_float.3mf").out.find("2 pieces are taken as they are when put together"), std::string::npos);
-  EXPECT_TRUE(mentions(run("float egg.stl --cut auto -o p.stl").err, {".3mf", "--cut"}));
+  // Where one file cannot hold both: each as it lies on its cut.
+  const Run flat = run("float egg.stl --submerged 0.5 --cut auto --wall 2 --resolution 40 -o p.stl --report r.json");
+  ASSERT_EQ(flat.code, 0) << flat.err;
+  EXPECT_FALSE(fs::exists(folder_ / "p.stl"));
+  const auto told = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  ASSERT_EQ(told["pieces"], nlohmann::json({"p_1.stl", "p_2.stl"}));
+  for (std::size_t n = 0; n < 2; ++n) {
+    const Mesh piece = read_mesh(folder_ / told["pieces"][n].get<std::string>()).mesh;
+    EXPECT_TRUE(is_closed_solid(with_merged_vertices(piece)));
+    const auto& known = told["after"]["pieces"][n];
+    EXPECT_NEAR(mesh_moments(piece)[M1], known["volume_mm3"], 1e-5 * known["volume_mm3"].get<double>());
+    EXPECT_NEAR(bounding_box(piece).min().z(), 0, 1e-5);
+    EXPECT_NEAR(bounding_box(piece).sizes().z(), known["size_z_mm"], 1e-4);
+  }
   EXPECT_TRUE(mentions(run("float egg.stl --cut sideways").err, {"--cut takes auto, none"}));
   EXPECT_TRUE(mentions(run("float egg.stl --submerged 0.5 --cut z=500 --resolution 40").err, {"does not meet the body"}));
   EXPECT_TRUE(mentions(run("float egg.stl --cut auto --infill 15").err, {"--cut"}));
