@@ -18,7 +18,7 @@ RUNS = [
     ("dice", "die.stl", "--resolution", "40"), ("verify", "duck.stl", "--goal", "float", "--density", "0.5", "--waterline", "20"), ("inspect", "duck.stl"),
     ("float", "duck.stl", "--resolution", "40", "--resin"),
     ("float", "duck.stl", "--resolution", "40", "--waterline", "2", "--allow", "waterline"),
-    ("stand", "teapot.stl", "--resolution", "40", "--self-supporting", "45", "--print-direction", "y"),
+    ("stand", "teapot.stl", "--resolution", "40", "--self-supporting", "--print-direction", "y"),
 ]
 
 # Two parts, of which one passes the other.
