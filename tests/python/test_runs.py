@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import rayrep
-from rayrep import _errors
+from rayrep import _errors, _settings
 from solids import EXAMPLES, ball
 
 COMMAND = os.environ.get("RAYREP", "rayrep")
@@ -157,6 +157,14 @@ class Settings(unittest.TestCase):
                 self.assertIn(f"{name}={'True' if row.kind == 'switch' else row.value}", rayrep.hollow.__doc__, name)
         self.assertIn("wall=MM", rayrep.hollow.__doc__)
         self.assertLess(max(map(len, rayrep.hollow.__doc__.splitlines())), 132)
+
+    def test_true_is_what_an_option_means_without_its_value(self):
+        row = rayrep.settings("float")["self_supporting"]
+        self.assertEqual(row.alone, "45")
+        self.assertEqual(_settings.words_of(row, True), ["--self-supporting=45"])
+        self.assertEqual(_settings.words_of(row, False), [])
+        self.assertEqual(_settings.words_of(row, 30), ["--self-supporting=30"])
+        self.assertEqual(rayrep.settings("float")["wall"].alone, "")
 
     def test_an_unknown_keyword_is_answered_with_the_nearest(self):
         for call, words in ((lambda: rayrep.hollow(BOX, wal=1), "wall"), (lambda: rayrep.hollow(BOX, "float", yoyo=True), "spin"),
