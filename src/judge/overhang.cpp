@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <queue>
 #include <vector>
 
@@ -23,18 +24,12 @@ using Loops = std::vector<SectionLoop>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// A point of a layer: how far from the outline of the void, and whether in the void.
-struct InLayer {
-  double distance_mm = kInfinity;
-  bool is_void = false;
-};
-
 /// The outline of the void in a layer, in cells of a grid.
 class Outline {
 public:
-  explicit Outline(Loops loops) : loops_(std::move(loops)) {
+  explicit Outline(const Loops& loops) {
     std::size_t count = 0;
-    for (const SectionLoop& loop : loops_) {
+    for (const SectionLoop& loop : loops) {
       count += loop.size();
       for (const Eigen::Vector2d& p : loop) box_.extend(p);
     }
@@ -43,27 +38,30 @@ public:
     size_ = cell_of(box_.max()).array() + 1;
     cells_.resize(static_cast<std::size_t>(size_.prod()));
     rows_.resize(static_cast<std::size_t>(size_.y()));
-    for (const SectionLoop& loop : loops_)
+    for (const SectionLoop& loop : loops)
       for (std::size_t i = 0, j = loop.size() - 1; i < loop.size(); j = i++) add({loop[i], loop[j]});
   }
 
-  const Loops& loops() const { return loops_; }
   const Eigen::AlignedBox2d& box() const { return box_; }
 
-  InLayer at(const Eigen::Vector2d& p) const {
-    InLayer found;
-    if (box_.isEmpty()) return found;
+  bool is_void(const Eigen::Vector2d& p) const {
+    if (box_.isEmpty() || !box_.contains(p)) return false;
+    bool inside = false;
+    for (const Side& side : rows_[static_cast<std::size_t>(cell_of(p).y())]) inside ^= side.crosses_right_of(p);
+    return inside;
+  }
+
+  /// How far p is from it; where that is `least_mm` or more, no less than that.
+  double distance_mm(const Eigen::Vector2d& p, double least_mm = kInfinity) const {
+    if (box_.isEmpty()) return kInfinity;
     const Eigen::Vector2i centre = cell_of(p);
-    if (centre.y() >= 0 && centre.y() < size_.y())
-      for (const Side& side : rows_[static_cast<std::size_t>(centre.y())]) found.is_void ^= side.crosses_right_of(p);
     double squared = kInfinity;
     // Rings of cells, from the first one that meets the grid until none can hold a nearer side.
     const int far = std::max({centre.x(), centre.y(), size_.x() - 1 - centre.x(), size_.y() - 1 - centre.y()});
     const int near = std::max({0, -centre.x(), -centre.y(), centre.x() - size_.x() + 1, centre.y() - size_.y() + 1});
-    for (int ring = near; ring <= far && std::max(0, ring - 1) * cell_mm_ <= std::sqrt(squared); ++ring)
+    for (int ring = near; ring <= far && std::max(0, ring - 1) * cell_mm_ < std::min(std::sqrt(squared), least_mm); ++ring)
       squared = std::min(squared, nearest_in_ring(p, centre, ring));
-    found.distance_mm = std::sqrt(squared);
-    return found;
+    return std::sqrt(squared);
   }
 
 private:
@@ -103,7 +101,6 @@ private:
     return squared;
   }
 
-  Loops loops_;
   Eigen::AlignedBox2d box_;
   double cell_mm_ = 1;
   Eigen::Vector2i size_ = Eigen::Vector2i::Zero();
@@ -111,41 +108,65 @@ private:
   std::vector<std::vector<Side>> rows_;
 };
 
-/// How far the upper of two layers reaches out over the void of the lower one, if it is more than `least_mm`: the largest distance
-/// of a point of its material from that void's outline. Branch and bound, to 2 % or `close_mm`.
-double reach_mm(const Outline& lower, const Outline& upper, double least_mm, double close_mm = 0.02) {
+/// Two layers, of which the upper one reaches out over the void of the lower one: by the largest distance of a point of its
+/// material from that void's outline.
+class OverVoid {
+public:
+  OverVoid(const Loops& lower, const Loops& upper) : lower_(lower), upper_(upper) {}
+
+  /// At the farthest of these points.
+  double reach_mm_at(const std::vector<Eigen::Vector2d>& points) const {
+    double reach = 0;
+    for (const Eigen::Vector2d& p : points)
+      if (lower_.is_void(p) && !upper_.is_void(p)) reach = std::max(reach, lower_.distance_mm(p));
+    return reach;
+  }
+
+  /// Everywhere, if it is more than `least_mm`. Branch and bound, to 2 % or `close_mm`.
+  double reach_mm(double least_mm, double close_mm = 0.02) const {
+    if (lower_.box().isEmpty()) return 0;
+    Search search{least_mm, close_mm, {}};
+    const Eigen::AlignedBox2d& box = lower_.box();
+    visit(search, box.center(), 0.5 * box.sizes().maxCoeff());
+    while (!search.queue.empty()) {
+      const Cell cell = search.queue.top();
+      search.queue.pop();
+      if (cell.bound <= search.enough()) break;
+      const double half = 0.5 * cell.half;
+      for (const double x : {-half, half})
+        for (const double y : {-half, half}) visit(search, cell.centre + Eigen::Vector2d(x, y), half);
+    }
+    return search.best;
+  }
+
+private:
   struct Cell {
     double bound;
     double half;
     Eigen::Vector2d centre;
     bool operator<(const Cell& other) const { return bound < other.bound; }
   };
-  const Eigen::AlignedBox2d& box = lower.box();
-  if (box.isEmpty()) return 0;
-  double best = least_mm;
-  const auto enough = [&best, close_mm] { return std::max(1.02 * best, best + close_mm); };
-  std::priority_queue<Cell> queue;
-  const auto visit = [&](const Eigen::Vector2d& centre, double half) {
-    const double radius = std::numbers::sqrt2 * half;
-    const InLayer below = lower.at(centre);
-    const double far = below.is_void ? below.distance_mm : -below.distance_mm;
-    if (far + radius <= enough()) return;
-    const InLayer here = upper.at(centre);
-    if (here.is_void && here.distance_mm > radius) return;  // open all around
-    if (!here.is_void) best = std::max(best, far);
-    queue.push({far + radius, half, centre});
+  struct Search {
+    double best;
+    double close_mm;
+    std::priority_queue<Cell> queue;
+    double enough() const { return std::max(1.02 * best, best + close_mm); }
   };
-  visit(box.center(), 0.5 * box.sizes().maxCoeff());
-  while (!queue.empty()) {
-    const Cell cell = queue.top();
-    queue.pop();
-    if (cell.bound <= enough()) break;
-    const double half = 0.5 * cell.half;
-    for (const double x : {-half, half})
-      for (const double y : {-half, half}) visit(cell.centre + Eigen::Vector2d(x, y), half);
+
+  void visit(Search& search, const Eigen::Vector2d& centre, double half) const {
+    const double radius = std::numbers::sqrt2 * half;
+    const bool over_void = lower_.is_void(centre);
+    const double within = radius - search.enough();
+    if (!over_void && lower_.distance_mm(centre, within) >= within) return;
+    const bool is_void = upper_.is_void(centre);
+    if (is_void && upper_.distance_mm(centre, radius) >= radius) return;  // open all around
+    const double far = (over_void ? 1 : -1) * lower_.distance_mm(centre);
+    if (!is_void) search.best = std::max(search.best, far);
+    if (far + radius > search.enough()) search.queue.push({far + radius, half, centre});
   }
-  return best;
-}
+
+  Outline lower_, upper_;
+};
 
 /// Whether some corner of another loop lies in this one.
 bool any_in(const SectionLoop& loop, const SectionLoop& other) {
@@ -173,11 +194,28 @@ bool cross(const SectionLoop& one, const SectionLoop& other) {
   return false;
 }
 
+/// The outline of a layer, made once it is asked for.
+class LazyOutline {
+public:
+  explicit LazyOutline(const Loops& loops) : loops_(loops) {}
+
+  const Loops& loops() const { return loops_; }
+
+  bool is_void(const Eigen::Vector2d& p) {
+    if (!outline_) outline_.emplace(loops_);
+    return outline_->is_void(p);
+  }
+
+private:
+  const Loops& loops_;
+  std::optional<Outline> outline_;
+};
+
 /// Whether a piece has nothing but void in another layer.
-bool is_alone(const SectionLoop& piece, const Outline& other) {
+bool is_alone(const SectionLoop& piece, LazyOutline& other) {
   return std::none_of(other.loops().begin(), other.loops().end(),
                       [&](const auto& l) { return any_in(piece, l) || cross(piece, l); }) &&
-         std::none_of(piece.begin(), piece.end(), [&](const auto& p) { return !other.at(p).is_void; });
+         std::all_of(piece.begin(), piece.end(), [&](const auto& p) { return other.is_void(p); });
 }
 
 /// Twice the area over the circumference: of what is long its width.
@@ -188,10 +226,10 @@ double width_mm(const SectionLoop& loop) {
 }
 
 /// Pieces of a layer's material that lie within its void, but for slivers that no printer sees; what goes around a void is none.
-std::vector<const SectionLoop*> pieces_in(const Outline& layer) {
+std::vector<const SectionLoop*> pieces_in(const Loops& layer) {
   std::vector<const SectionLoop*> pieces;
   constexpr double kSliver_mm = 0.005;
-  for (const SectionLoop& loop : layer.loops())
+  for (const SectionLoop& loop : layer)
     if (width_mm(loop) > kSliver_mm) pieces.push_back(&loop);
   return pieces;
 }
@@ -209,15 +247,16 @@ struct Between {
   std::vector<char> ends;  ///< of each piece of the lower layer: there is nothing above it
 };
 
-Between between(const Outline& lower, const Outline& upper) {
+Between between(const Loops& lower, const Loops& upper) {
   Between found;
+  LazyOutline all_below(lower), all_above(upper);
   const std::vector<const SectionLoop*> below = pieces_in(lower);
   for (const SectionLoop* piece : pieces_in(upper)) {
-    found.upper.push_back({2 * reach_mm(Outline(Loops{*piece}), Outline(Loops{}), 0, 1e-3), is_alone(*piece, lower), {}});
+    found.upper.push_back({2 * OverVoid({*piece}, {}).reach_mm(0, 1e-3), is_alone(*piece, all_below), {}});
     for (std::size_t n = 0; n < below.size(); ++n)
       if (any_in(*piece, *below[n]) || any_in(*below[n], *piece) || cross(*piece, *below[n])) found.upper.back().below.push_back(n);
   }
-  for (const SectionLoop* piece : below) found.ends.push_back(is_alone(*piece, upper));
+  for (const SectionLoop* piece : below) found.ends.push_back(is_alone(*piece, all_above));
   return found;
 }
 
@@ -265,9 +304,11 @@ struct Layers {
   int last_below(double z) const { return static_cast<int>(std::floor((z - bed_mm) / layer_mm - 0.5)); }
 };
 
-/// A flat roof's height, lowest and highest.
+/// A flat roof: lowest and highest.
 struct FlatRoof {
   double lo, hi;
+  double area_mm2;
+  Eigen::Vector3d middle;
 };
 
 /// Areas, and the roofs that sag. @param shells  z up
@@ -284,19 +325,70 @@ std::vector<FlatRoof> find_roofs(const Mesh& shells, double angle_rad, Overhang&
     area_mm2 += 0.5 * twice.norm();
     if (-twice.z() <= steepest * twice.norm()) continue;
     found.roof_mm2 += 0.5 * twice.norm();
-    roofs.push_back({std::min({a.z(), b.z(), c.z()}), std::max({a.z(), b.z(), c.z()})});
+    roofs.push_back({std::min({a.z(), b.z(), c.z()}), std::max({a.z(), b.z(), c.z()}), 0.5 * twice.norm(), (a + b + c) / 3});
   }
   found.roof_share = area_mm2 > 0 ? found.roof_mm2 / area_mm2 : 0;
   return roofs;
 }
 
-/// For each layer from `first` to `last`: whether a flat roof may lie between it and the next one.
-std::vector<char> layers_under(const std::vector<FlatRoof>& roofs, const Layers& layers, int first, int last) {
-  std::vector<char> flat(static_cast<std::size_t>(std::max(0, last - first + 1)), 0);
+/// A layer between which and the next one flat roofs may lie.
+struct FlatLayer {
+  int number = 0;
+  double roofs_mm2 = 0;
+  std::vector<Eigen::Vector2d> points;  ///< of these roofs
+};
+
+/// Those from `first` to `last`, with the most roofs first: they bridge most, and what bridges less is quickly passed over then.
+std::vector<FlatLayer> layers_under(const std::vector<FlatRoof>& roofs, const Layers& layers, int first, int last) {
+  std::vector<FlatLayer> all(static_cast<std::size_t>(std::max(0, last - first + 1)));
   for (const FlatRoof& roof : roofs)
-    for (int n = std::max(first, layers.last_below(roof.lo)); n <= std::min(last, layers.last_below(roof.hi)); ++n)
-      flat[static_cast<std::size_t>(n - first)] = 1;
-  return flat;
+    for (int n = std::max(first, layers.last_below(roof.lo)); n <= std::min(last, layers.last_below(roof.hi)); ++n) {
+      FlatLayer& layer = all[static_cast<std::size_t>(n - first)];
+      layer.number = n;
+      layer.roofs_mm2 += roof.area_mm2;
+      if (n == layers.last_below(roof.middle.z())) layer.points.emplace_back(roof.middle.head<2>());
+    }
+  std::erase_if(all, [](const FlatLayer& layer) { return layer.roofs_mm2 == 0; });
+  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.roofs_mm2 > b.roofs_mm2; });
+  return all;
+}
+
+/// What each layer from `first` to `last` has to do with the next one.
+std::vector<Between> pieces_of(const MeshSections& sections, const Layers& layers, int first, int last, const Progress& progress) {
+  constexpr int at_once = 32;
+  std::vector<Loops> loops(at_once + 1);
+  std::vector<Between> pieces(static_cast<std::size_t>(std::max(0, last + 1 - first)));
+  for (int begin = first; begin <= last; begin += at_once) {
+    progress.check();
+    const int pairs = std::min(at_once, last + 1 - begin);
+    if (begin > first) loops.front() = std::move(loops.back());
+    tbb::parallel_for(begin > first ? 1 : 0, pairs + 1, [&](int n) { loops[n] = sections.at(layers.middle_mm(begin + n)); });
+    tbb::parallel_for(0, pairs, [&](int n) { pieces[begin - first + n] = between(loops[n], loops[n + 1]); });
+  }
+  return pieces;
+}
+
+/// The largest reach_mm of these layers and the next ones.
+double farthest_reach_mm(const MeshSections& sections, const Layers& layers, const std::vector<FlatLayer>& under, double least_mm,
+                         const Progress& progress) {
+  constexpr std::size_t at_once = 32;
+  std::vector<std::optional<OverVoid>> pairs(at_once);
+  std::vector<double> reach(at_once, 0);
+  double best = under.empty() ? 0 : least_mm;
+  for (std::size_t begin = 0; begin < under.size(); begin += at_once) {
+    progress.check();
+    const std::size_t count = std::min(at_once, under.size() - begin);
+    const auto for_all = [&](const auto& reach_of) {
+      tbb::parallel_for(std::size_t{0}, count, [&](std::size_t n) { reach[n] = reach_of(under[begin + n], pairs[n]); });
+      best = std::max(best, *std::max_element(reach.begin(), reach.begin() + static_cast<std::ptrdiff_t>(count)));
+    };
+    for_all([&](const FlatLayer& layer, std::optional<OverVoid>& pair) {
+      pair.emplace(sections.at(layers.middle_mm(layer.number)), sections.at(layers.middle_mm(layer.number + 1)));
+      return pair->reach_mm_at(layer.points);
+    });
+    for_all([&](const FlatLayer&, const std::optional<OverVoid>& pair) { return pair->reach_mm(best); });
+  }
+  return best;
 }
 
 }  // namespace
@@ -314,26 +406,14 @@ Overhang overhang(const Mesh& cavities, const PrintedUp& print, const Progress& 
   const Eigen::AlignedBox3d box = bounding_box(shells);
   const int first = layers.last_below(box.min().z());
   const int last = layers.last_below(box.max().z());
-  const std::vector<char> flat = layers_under(roofs, layers, first, last);
   const MeshSections sections(shells);
-  std::vector<double> reach(flat.size(), 0);
-  std::vector<Between> pieces(flat.size());
-  constexpr std::size_t at_once = 32;
-  for (std::size_t begin = 0; begin < flat.size(); begin += at_once) {
-    progress.check();
-    tbb::parallel_for(begin, std::min(begin + at_once, flat.size()), [&](std::size_t n) {
-      const int layer = first + static_cast<int>(n);
-      const Outline lower(sections.at(layers.middle_mm(layer)));
-      const Outline upper(sections.at(layers.middle_mm(layer + 1)));
-      pieces[n] = between(lower, upper);
-      if (flat[n]) reach[n] = reach_mm(lower, upper, print.layer_mm / std::tan(print.angle_rad));
-    });
-  }
+  const std::vector<Between> pieces = pieces_of(sections, layers, first, last, progress);
   for (const Between& layer : pieces)
     found.islands += static_cast<std::size_t>(
         std::count_if(layer.upper.begin(), layer.upper.end(), [](const Piece& piece) { return piece.hangs; }));
   found.pillar_mm = thinnest_pillar_mm(pieces);
-  found.bridge_mm = 2 * *std::max_element(reach.begin(), reach.end());
+  const double carried_mm = print.layer_mm / std::tan(print.angle_rad);
+  found.bridge_mm = 2 * farthest_reach_mm(sections, layers, layers_under(roofs, layers, first, last), carried_mm, progress);
   return found;
 }
 
