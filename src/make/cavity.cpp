@@ -90,6 +90,21 @@ BlockField intersect(const BlockField& wall, const FieldQuadric& quadric, double
   return field;
 }
 
+/// Of the triangles around each vertex, by their areas.
+std::vector<double> averages_at_vertices(const Mesh& mesh, const std::vector<double>& of_triangles) {
+  std::vector<double> sum(mesh.vertices.size(), 0);
+  std::vector<double> area(mesh.vertices.size(), 0);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const double a = (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm();
+    for (const int v : mesh.triangles[t]) {
+      area[v] += a;
+      sum[v] += a * of_triangles[t];
+    }
+  }
+  for (std::size_t n = 0; n < sum.size(); ++n) sum[n] = area[n] > 0 ? sum[n] / area[n] : 0;
+  return sum;
+}
+
 /// Moves the vertices of a cavity onto its surfaces.
 class Fitter {
 public:
@@ -113,9 +128,22 @@ public:
     });
   }
 
-  /// Moves vertices to where they are closer to the surface than the wall, by so much each.
-  void fit_closer(Mesh& mesh, const std::vector<double>& by_mm) const {
-    tbb::parallel_for(std::size_t{0}, mesh.vertices.size(), [&](std::size_t n) { land(mesh.vertices[n], wall_ - by_mm[n]); });
+  /// Moves the vertices of a mesh with large triangles onto the surface at the wall's distance, and then as much closer to the
+  /// body, `most_mm` at most, as the triangles around them are farther from it on average, so that they are as far as that surface:
+  /// where it bends evenly away from a triangle, that is 3/4 of what it is in the middle.
+  void fit_on_average(Mesh& mesh, double most_mm) const {
+    std::vector<ClosestPoint> wall(mesh.vertices.size());
+    tbb::parallel_for(std::size_t{0}, wall.size(), [&](std::size_t n) { wall[n] = land(mesh.vertices[n], wall_); });
+    std::vector<double> farther(mesh.triangles.size());
+    tbb::parallel_for(std::size_t{0}, farther.size(), [&](std::size_t t) {
+      const Eigen::Vector3d middle = (mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3;
+      const ClosestPoint closest = surface_.closest(middle, wall_ + 2 * h_, wall[mesh.triangles[t][0]].triangle);
+      if (closest.triangle >= 0) farther[t] = 0.75 * (closest.distance_mm - wall_);
+    });
+    const std::vector<double> closer = averages_at_vertices(mesh, farther);
+    for (std::size_t n = 0; n < wall.size(); ++n)
+      if (wall[n].triangle >= 0 && wall[n].distance_mm > 0)
+        mesh.vertices[n] += std::clamp(closer[n], 0.0, most_mm) / wall[n].distance_mm * (wall[n].point_mm - mesh.vertices[n]);
   }
 
   /// Moves vertices that are within a cell of the surface at the wall's distance to within a hundredth of one.
@@ -192,23 +220,6 @@ std::size_t close_around(BlockField& field, const Eigen::Vector3d& p) {
   return closed;
 }
 
-/// By how much the vertices of a lighter mesh have to be closer to the wall so that its triangles are as far from it as the given
-/// surface was, on average: over a triangle that a surface of even curvature bends away from the mean is 3/4 of the most.
-std::vector<double> closer_mm(const DecimatedMesh& lighter, double most_mm) {
-  const Mesh& mesh = lighter.mesh;
-  std::vector<double> sum(mesh.vertices.size(), 0);
-  std::vector<double> area(mesh.vertices.size(), 0);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const double a = (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm();
-    for (const int v : mesh.triangles[t]) {
-      area[v] += a;
-      sum[v] += 0.75 * a * (lighter.in_front_mm[t] - lighter.behind_mm[t]);
-    }
-  }
-  for (std::size_t n = 0; n < sum.size(); ++n) sum[n] = area[n] > 0 ? std::clamp(sum[n] / area[n], 0.0, most_mm) : 0;
-  return sum;
-}
-
 /// The zero set on its surfaces, lighter if there is an error for that, crossing triangles closed in `field` as far as that helps.
 Mesh sound_surface(BlockField& field, const Fitter& fitter, const CavityOptions& options, double chord_error_mm,
                    CavityMesh& result) {
@@ -220,13 +231,14 @@ Mesh sound_surface(BlockField& field, const Fitter& fitter, const CavityOptions&
     all = mesh_zero_set(intersect(field, fitter.quadric(), options.clearance_mm));
     std::vector<Eigen::Vector3d> before = all.vertices;
     if (chord_error_mm > 0) {
-      fitter.approach(all);
-      if (options.sharp_ridges) detail::sharpen_ridges(all, surface, options.least_distance_mm(), field.spacing_mm);
+      if (options.sharp_ridges) {
+        fitter.approach(all);
+        detail::sharpen_ridges(all, surface, options.least_distance_mm(), field.spacing_mm);
+      }
       DecimatedMesh lighter = decimated(all, {chord_error_mm, options.as_delivered});
-      const std::vector<double> closer = closer_mm(lighter, 0.5 * chord_error_mm);  // less than what the mender lets the wall lack
       all = std::move(lighter.mesh);
       for (std::size_t n = 0; n < lighter.kept.size(); ++n) before[n] = before[static_cast<std::size_t>(lighter.kept[n])];
-      fitter.fit_closer(all, closer);
+      fitter.fit_on_average(all, 0.5 * chord_error_mm);  // less than what the mender lets the wall lack
     } else {
       fitter.fit(all, [](const Eigen::Vector3d&) { return true; });
       if (options.sharp_ridges) detail::sharpen_ridges(all, surface, options.least_distance_mm(), field.spacing_mm);

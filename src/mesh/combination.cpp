@@ -239,7 +239,17 @@ private:
     }
   }
 
+  /// Operands that do not meet are mostly kept as they are.
+  bool all_kept() const {
+    return !options_.float32 && std::all_of(fate_.begin(), fate_.end(), [](signed char fate) { return fate > 0; });
+  }
+
   CombinedMesh assemble() {
+    if (all_kept()) {
+      for (std::size_t t = 0; t < size(); ++t) result_.sources.push_back({operands_.operand[t], operands_.number[t], true});
+      result_.mesh = std::move(operands_.mesh);
+      return std::move(result_);
+    }
     find_uncut();
     for (std::size_t t = 0; t < size(); ++t) {
       const auto corner = [&](int k) { return operands_.mesh.corner(t, k); };

@@ -1,6 +1,8 @@
 #include "mesh/decimate.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -71,8 +73,10 @@ std::size_t first_within(const std::vector<Patch>& patches, const Vector3d& p, d
 /// Vertices by what their cheapest collapse costs, to a factor of two; those of like cost in the order in which they came.
 class CostQueue {
 public:
-  /// @param next  for each vertex room for one that comes after it; a vertex is in one queue at a time
-  explicit CostQueue(std::vector<int>& next) : next_(next), first_(kBuckets, -1), last_(kBuckets, -1) {}
+  /// @param next     for each vertex room for one that comes after it; a vertex is in one queue at a time
+  /// @param nothing  up to this the order does not matter
+  CostQueue(std::vector<int>& next, float nothing)
+      : at_(bucket_of(nothing)), next_(next), first_(kBuckets, -1), last_(kBuckets, -1) {}
 
   /// Whether it is the turn of such a cost, or nearly so.
   bool due(float cost) const { return bucket_of(cost) <= at_ + 1; }
@@ -98,7 +102,7 @@ private:
   static constexpr int kBuckets = 256;
   static int bucket_of(float cost) { return static_cast<int>(std::bit_cast<std::uint32_t>(cost) >> 23); }  // its exponent
 
-  int at_ = 0;
+  int at_;
   std::vector<int>& next_;
   std::vector<int> first_, last_;
 };
@@ -121,11 +125,23 @@ private:
 
 constexpr float kNever = std::numeric_limits<float>::infinity();
 
+double area_of(const Mesh& mesh) {
+  return tbb::parallel_deterministic_reduce(
+      tbb::blocked_range<std::size_t>(0, mesh.triangles.size(), 4096), 0.0,
+      [&mesh](const auto& range, double area) {
+        for (std::size_t t = range.begin(); t < range.end(); ++t)
+          area += 0.5 * (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm();
+        return area;
+      },
+      std::plus<>());
+}
+
 /// What is left of a mesh, and where the vertices went that are gone.
 struct Remains {
   const Mesh& given;
   const VertexCorners& at;
   double error2;
+  double area_mm2;                    ///< of what was given
   const std::vector<double>& limit2;  ///< for each vertex how far it may lie from what comes of it, squared
   HalfEdges surface;
   std::vector<float> tried;  ///< of each vertex: what its collapses cost that were tried in vain with all around it as it is
@@ -136,6 +152,7 @@ struct Remains {
       : given(mesh),
         at(corners),
         error2(error_mm * error_mm),
+        area_mm2(area_of(mesh)),
         limit2(limits2),
         surface(mesh, corners),
         tried(mesh.vertices.size(), -1),
@@ -158,13 +175,17 @@ public:
       : remains_(remains),
         inner_(inner),
         edges_(remains.surface, remains.given.vertices, {.least_cos_of_turn = 0.5, .least_slenderness = 0.05}),
-        queue_(next) {}
+        queue_(next, nothing(remains)) {}
 
   /// @param begin, end  vertices of this part, of which only the inner ones are taken out
   /// @param check  called now and then
   void run(const int* begin, const int* end, const std::function<void()>& check);
 
 private:
+  /// A tenth of what it costs to move the triangles that belong to a vertex by the error.
+  static float nothing(const Remains& remains) {
+    return static_cast<float>(0.1 * remains.error2 * remains.area_mm2 / static_cast<double>(remains.given.vertices.size()));
+  }
   void find_costs();
   void visit(int v);
   bool try_collapse(std::size_t n);
@@ -314,13 +335,11 @@ public:
   explicit Parts(const Mesh& mesh) : of_(mesh.vertices.size(), 0) { sort(1); }
 
   /// With so many vertices on average, on a grid that begins so many of its steps before the mesh.
-  Parts(const Mesh& mesh, double vertices, double shift) : of_(mesh.vertices.size()) {
+  /// @param area_mm2  of the mesh
+  Parts(const Mesh& mesh, double area_mm2, double vertices, double shift) : of_(mesh.vertices.size()) {
     constexpr double kMost = 64;  // along a side
-    double area = 0;
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-      area += 0.5 * (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm();
     const Eigen::AlignedBox3d box = bounding_box(mesh);
-    const double step = std::max({std::sqrt(area * vertices / static_cast<double>(of_.size())), box.sizes().maxCoeff() / kMost,
+    const double step = std::max({std::sqrt(area_mm2 * vertices / static_cast<double>(of_.size())), box.sizes().maxCoeff() / kMost,
                                   std::numeric_limits<double>::min()});
     const auto cell = [&](const Vector3d& p) -> Eigen::Vector3i {
       return ((p - box.min()) / step + Vector3d::Constant(shift)).array().floor().cast<int>();
@@ -382,27 +401,13 @@ void decimate(Remains& remains, const Parts& parts, const Progress& progress) {
 void decimate(Remains& remains, const Progress& progress) {
   constexpr double kVertices = 4096;  // in a part: as much as fits into a processor's cache
   if (static_cast<double>(remains.given.vertices.size()) > 4 * kVertices)
-    for (const double shift : {0.25, 0.75}) decimate(remains, Parts(remains.given, kVertices, shift), progress);
+    for (const double shift : {0.25, 0.75}) decimate(remains, Parts(remains.given, remains.area_mm2, kVertices, shift), progress);
   decimate(remains, Parts(remains.given), progress);
 }
 
 DecimatedMesh Remains::result() const {
   DecimatedMesh result;
   result.mesh = surface.remaining(given.vertices, result.kept);
-  for (const int t : surface.remaining_triangles()) {
-    const auto n = result.in_front_mm.size();
-    const Facet facet(result.mesh.corner(n, 0), result.mesh.corner(n, 1), result.mesh.corner(n, 2));
-    const double length = facet.normal.norm();
-    double highest = 0;
-    double lowest = 0;
-    for (int v = first_gone[t]; v >= 0 && length > 0; v = next_gone[v]) {
-      const double height = facet.normal.dot(given.vertices[v] - facet.corner) / length;
-      highest = std::max(highest, height);
-      lowest = std::min(lowest, height);
-    }
-    result.in_front_mm.push_back(highest);
-    result.behind_mm.push_back(-lowest);
-  }
   return result;
 }
 

@@ -18,10 +18,8 @@ struct DecimateOptions {
 
 struct DecimatedMesh {
   Mesh mesh;
-  std::vector<int> kept;            ///< of each vertex its number in the given mesh, ascending: it lies where it did
-  std::vector<double> in_front_mm;  ///< of each triangle how far vertices that are gone lie in front of its plane at most
-  std::vector<double> behind_mm;    ///< and behind: so far it reaches beyond the given surface
-  std::size_t crossing = 0;         ///< triangles that meet another one, or have no area, as delivered; see below
+  std::vector<int> kept;     ///< of each vertex its number in the given mesh, ascending: it lies where it did
+  std::size_t crossing = 0;  ///< triangles that meet another one, or have no area, as delivered; see below
 };
 
 /// A closed mesh with fewer triangles, by collapsing edges onto one of their ends, the flattest first. theory.md (81)-(83)

@@ -35,7 +35,6 @@ void EdgeCollapse::look_at(int vertex) {
 }
 
 bool EdgeCollapse::prepare(std::size_t n) {
-  if (!surface_.can_collapse(half_edges_, n)) return false;
   prepared_ = n;
   facets_.clear();
   facet_numbers_.clear();
@@ -58,7 +57,8 @@ bool EdgeCollapse::prepare(std::size_t n) {
     facet_numbers_.push_back(half_edges_[a] / 3);
     facet_ends_.push_back(neighbours_[b]);
   }
-  return least > std::min(limits_.least_slenderness * limits_.least_slenderness, least_before);
+  return least > std::min(limits_.least_slenderness * limits_.least_slenderness, least_before) &&
+         surface_.can_collapse(half_edges_, neighbours_, n);
 }
 
 std::vector<int> collapse_short_edges(Mesh& mesh, double length_mm, const std::vector<char>& fixed) {

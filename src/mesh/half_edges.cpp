@@ -22,7 +22,11 @@ HalfEdges::HalfEdges(const Mesh& mesh, const VertexCorners& at)
   tbb::parallel_for(std::size_t{0}, sides_.size(), [&](std::size_t h) {
     const int a = sides_[h].from;
     const int b = to(static_cast<int>(h));
-    if (a != b && only(a, b) >= 0) sides_[h].twin = std::max(only(b, a), -1);
+    if (a >= b || only(a, b) < 0) return;
+    const int back = only(b, a);
+    if (back < 0) return;
+    sides_[h].twin = back;
+    sides_[back].twin = static_cast<int>(h);
   });
   tbb::parallel_for(std::size_t{0}, out_.size(), [&](std::size_t v) {
     const int count = at.first[v + 1] - at.first[v];
@@ -47,7 +51,7 @@ void HalfEdges::around(int vertex, std::vector<int>& half_edges) const {
   } while (h != out_[vertex]);
 }
 
-bool HalfEdges::can_collapse(const std::vector<int>& half_edges, std::size_t n) const {
+bool HalfEdges::can_collapse(const std::vector<int>& half_edges, const std::vector<int>& ends, std::size_t n) const {
   const int h = half_edges[n];
   if (!regular(from(h)) || !regular(to(h))) return false;
   const auto opposite = [this](int side) { return sides_[last(sides_[side].twin)].from; };
@@ -57,7 +61,7 @@ bool HalfEdges::can_collapse(const std::vector<int>& half_edges, std::size_t n) 
   int at_end = next(h);
   do {
     const int neighbour = to(at_end);
-    for (const int g : half_edges) common += to(g) == neighbour;
+    for (const int end : ends) common += end == neighbour;
     at_end = twin(last(at_end));
   } while (at_end != next(h) && common <= 2);
   return common == 2;

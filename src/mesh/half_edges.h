@@ -33,8 +33,8 @@ public:
 
   /// True when the surface stays of the same kind, every edge between two triangles, if the edge of half_edges[n] is collapsed: its
   /// ends are regular and have no neighbours in common but the corners opposite to it, and these four are no tetrahedron.
-  /// @param half_edges  around the edge's beginning
-  bool can_collapse(const std::vector<int>& half_edges, std::size_t n) const;
+  /// @param half_edges, ends  those around the edge's beginning, and where each ends
+  bool can_collapse(const std::vector<int>& half_edges, const std::vector<int>& ends, std::size_t n) const;
 
   /// Joins the beginning of the edge of half_edges[n] with its end; the two triangles at it are gone.
   void collapse(const std::vector<int>& half_edges, std::size_t n);

@@ -1,3 +1,6 @@
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -201,31 +204,41 @@ std::optional<FloodingHeel> flooding_heel(const PreparedHull& prepared, double v
   const std::vector<int> pockets = hull.points_in_pockets(here);
   if (pockets.empty()) return std::nullopt;
   const Eigen::Vector3d side = upright.unitOrthogonal();
-  std::optional<FloodingHeel> first;
-  for (int n = 0; n < directions; ++n) {
+  const auto heeled = [&](int n, double angle) -> Eigen::Vector3d {
     const double azimuth = 2 * std::numbers::pi * n / directions;
     const Eigen::Vector3d towards = std::cos(azimuth) * side + std::sin(azimuth) * upright.cross(side);
-    const auto heeled = [&](double angle) { return Eigen::Vector3d(std::cos(angle) * upright + std::sin(angle) * towards); };
-    const auto floods = [&](double angle) {
-      hull.set_up(heeled(angle));
-      const auto offset = hull.offset_for_volume(volume_mm3, std::numeric_limits<double>::quiet_NaN());
-      return !offset || hull.reaches_any(pockets, *offset);
-    };
-    constexpr double step = 2 * std::numbers::pi / 180;
-    double dry = 0;
-    double wet = step;
-    while (wet <= std::numbers::pi && (!first || dry < first->angle_rad) && !floods(wet)) {
-      dry = wet;
-      wet += step;
+    return std::cos(angle) * upright + std::sin(angle) * towards;
+  };
+  tbb::enumerable_thread_specific<ClippedHull> hulls(hull);
+  const auto floods = [&](int n, double angle) {
+    ClippedHull& own = hulls.local();
+    own.set_up(heeled(n, angle));
+    const auto offset = own.offset_for_volume(volume_mm3, std::numeric_limits<double>::quiet_NaN());
+    return !offset || own.reaches_any(pockets, *offset);
+  };
+  // In all directions at once, step by step, until the first ones flood.
+  constexpr double step = 2 * std::numbers::pi / 180;
+  std::vector<char> wet(static_cast<std::size_t>(directions), 0);
+  double dry = 0;
+  const auto flood_at = [&](double angle) {
+    tbb::parallel_for(0, directions, [&](int n) { wet[static_cast<std::size_t>(n)] = floods(n, angle); });
+    return std::find(wet.begin(), wet.end(), 1) != wet.end();
+  };
+  while (dry + step <= std::numbers::pi && !flood_at(dry + step)) dry += step;
+  if (dry + step > std::numbers::pi) return std::nullopt;
+  std::vector<double> angle(wet.size(), std::numeric_limits<double>::infinity());
+  tbb::parallel_for(0, directions, [&](int n) {
+    const auto own = static_cast<std::size_t>(n);
+    if (!wet[own]) return;
+    double below = dry;
+    angle[own] = dry + step;
+    while (angle[own] - below > 1e-6) {
+      const double middle = (below + angle[own]) / 2;
+      (floods(n, middle) ? angle[own] : below) = middle;
     }
-    if (wet > std::numbers::pi || (first && dry >= first->angle_rad)) continue;
-    while (wet - dry > 1e-6) {
-      const double middle = (dry + wet) / 2;
-      (floods(middle) ? wet : dry) = middle;
-    }
-    if (!first || wet < first->angle_rad) first = FloodingHeel{wet, heeled(wet)};
-  }
-  return first;
+  });
+  const auto first = std::min_element(angle.begin(), angle.end());
+  return FloodingHeel{*first, heeled(static_cast<int>(first - angle.begin()), *first)};
 }
 
 }  // namespace rayrep

@@ -63,6 +63,16 @@ TEST(Overhang, OfABoxIsItsCeiling) {
   EXPECT_NEAR(in_cavity(shape, {0, 1, 1}, 46).roof_mm2, 800 + 1200, 1e-9);
 }
 
+TEST(Overhang, ItsWidestBridgeIsFoundAmongManyLayersWithMoreRoof) {
+  // Forty narrow rooms, each with more of a ceiling than the one room that is wide, at heights of their own.
+  Mesh rooms;
+  for (int n = 0; n < 40; ++n) append(rooms, box({20.0 * n, 0, 0}, {20.0 * n + 4, 90, 10.1 + 0.4 * n}));
+  append(rooms, box({-30, 0, 0}, {-12, 18, 31}));
+  const Overhang found = in_cavity(rooms);
+  EXPECT_NEAR(found.bridge_mm, 18, 0.4);
+  EXPECT_NEAR(found.roof_mm2, 40 * 360 + 324, 1e-6);
+}
+
 TEST(Overhang, OfABallIsTheCapAbove) {
   const Overhang found = in_cavity(icosphere(12, 5), {0.3, -0.5, 0.8});
   EXPECT_NEAR(found.roof_share, 0.5 * (1 - std::sqrt(0.5)), 2e-3);

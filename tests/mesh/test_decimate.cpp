@@ -238,21 +238,6 @@ TEST(Decimate, KeepsHandlesAndComponents) {
   expect_sound(two, within(0.1, two), 0.1);
 }
 
-TEST(Decimate, SaysWhereItReachesBeyondTheSurface) {
-  Mesh ball = test::icosphere(10, 5);
-  const auto most = [](const std::vector<double>& values) { return *std::max_element(values.begin(), values.end()); };
-  const DecimatedMesh outward = within(0.1, ball);
-  ASSERT_EQ(outward.in_front_mm.size(), outward.mesh.triangles.size());
-  EXPECT_GT(most(outward.in_front_mm), 0.09);
-  EXPECT_LT(most(outward.in_front_mm), 0.1 + 1e-9);
-  EXPECT_LT(most(outward.behind_mm), 0.01);
-  flip(ball);
-  const DecimatedMesh inward = within(0.1, ball);
-  ASSERT_EQ(inward.behind_mm.size(), inward.mesh.triangles.size());
-  EXPECT_GT(most(inward.behind_mm), 0.09);
-  EXPECT_LT(most(inward.in_front_mm), 0.01);
-}
-
 TEST(Decimate, IsTheSameForAnyNumberOfThreads) {
   const Mesh mesh = test::icosphere(10, 6);
   ASSERT_GT(mesh.vertices.size(), 40000u) << "of many parts that are worked on at once";
