@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -216,29 +217,34 @@ std::optional<FloodingHeel> flooding_heel(const PreparedHull& prepared, double v
     const auto offset = own.offset_for_volume(volume_mm3, std::numeric_limits<double>::quiet_NaN());
     return !offset || own.reaches_any(pockets, *offset);
   };
-  // In all directions at once, step by step, until the first ones flood.
-  constexpr double step = 2 * std::numbers::pi / 180;
-  std::vector<char> wet(static_cast<std::size_t>(directions), 0);
-  double dry = 0;
-  const auto flood_at = [&](double angle) {
-    tbb::parallel_for(0, directions, [&](int n) { wet[static_cast<std::size_t>(n)] = floods(n, angle); });
-    return std::find(wet.begin(), wet.end(), 1) != wet.end();
+  const auto flooded = [&](const std::vector<int>& of, double angle) {
+    std::vector<char> floods_here(of.size());
+    tbb::parallel_for(std::size_t{0}, of.size(), [&](std::size_t k) { floods_here[k] = floods(of[k], angle); });
+    std::vector<int> found;
+    for (std::size_t k = 0; k < of.size(); ++k)
+      if (floods_here[k]) found.push_back(of[k]);
+    return found;
   };
-  while (dry + step <= std::numbers::pi && !flood_at(dry + step)) dry += step;
-  if (dry + step > std::numbers::pi) return std::nullopt;
-  std::vector<double> angle(wet.size(), std::numeric_limits<double>::infinity());
-  tbb::parallel_for(0, directions, [&](int n) {
-    const auto own = static_cast<std::size_t>(n);
-    if (!wet[own]) return;
-    double below = dry;
-    angle[own] = dry + step;
-    while (angle[own] - below > 1e-6) {
-      const double middle = (below + angle[own]) / 2;
-      (floods(n, middle) ? angle[own] : below) = middle;
-    }
-  });
-  const auto first = std::min_element(angle.begin(), angle.end());
-  return FloodingHeel{*first, heeled(static_cast<int>(first - angle.begin()), *first)};
+  // All directions at once, and of those that flood in a step or half of it only they.
+  constexpr double step = 2 * std::numbers::pi / 180;
+  std::vector<int> all(static_cast<std::size_t>(std::max(0, directions)));
+  std::iota(all.begin(), all.end(), 0);
+  double dry = 0;
+  double wet = step;
+  std::vector<int> first = flooded(all, wet);
+  while (first.empty()) {
+    dry = wet;
+    wet += step;
+    if (wet > std::numbers::pi) return std::nullopt;
+    first = flooded(all, wet);
+  }
+  while (wet - dry > 1e-6) {
+    const double middle = (dry + wet) / 2;
+    std::vector<int> sooner = flooded(first, middle);
+    (sooner.empty() ? dry : wet) = middle;
+    if (!sooner.empty()) first = std::move(sooner);
+  }
+  return FloodingHeel{wet, heeled(first.front(), wet)};
 }
 
 }  // namespace rayrep
