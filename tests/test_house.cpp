@@ -47,7 +47,7 @@ const std::map<std::string, std::set<std::string>> kThirdParty = {
     {"openvdb/", {"level_set"}},
     {"coin/", {"solve_ipopt"}},
     {"Ip", {"solve_ipopt"}},
-    {"pugixml.hpp", {"mesh_io_3mf"}},
+    {"pugixml.hpp", {"mesh_io_3mf", "urdf_file"}},
     {"zip.h", {"archive"}},
     {"png.h", {"png_rows"}},
     {"cairo.h", {"drawing_png"}},

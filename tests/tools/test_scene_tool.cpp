@@ -81,6 +81,31 @@ TEST_F(SceneTool, MotionWritesAPageToo) {
   EXPECT_EQ(run("motion over.json -q --html none/over.html").code, 6);
 }
 
+TEST_F(SceneTool, ImportMakesASceneOfARobot) {
+  const std::string robot = "'" + (source_folder() / "examples/scenes/arm.urdf").string() + "'";
+  const Run imported = run("scene import " + robot);
+  EXPECT_EQ(imported.code, 0) << imported.err;
+  EXPECT_TRUE(mentions(imported.out,
+                       {"arm.json: 6 parts, 6 states, 6 transitions", "also what is fixed to it: 'camera'", "Nothing is wrong"}));
+  EXPECT_EQ(run("scene check arm.json").code, 0);
+  const Run motion = run("motion arm.json");
+  EXPECT_EQ(motion.code, 4);
+  EXPECT_TRUE(mentions(motion.err, {"foot and fore (yaw round)"}));
+  const nlohmann::json again = nlohmann::json::parse(run("scene import " + robot + " --json -o twin.json").out);
+  EXPECT_EQ(again["parts"][3]["mesh"], "twin_fore.stl");
+  EXPECT_TRUE(fs::exists(folder() / "twin_fore.stl"));
+
+  std::ofstream(folder() / "bad.urdf") << "<robot name=\"r\"><link name=\"a\"/><link name=\"b\"/></robot>";
+  const Run bad = run("scene import bad.urdf");
+  EXPECT_EQ(bad.code, 3);
+  EXPECT_TRUE(mentions(bad.err, {"bad.urdf: 1 thing is wrong", "'a', 'b'"}));
+  EXPECT_FALSE(fs::exists(folder() / "bad.json"));
+  EXPECT_EQ(run("scene import " + robot + " -o none/arm.json").code, 6);
+  EXPECT_EQ(run("scene check arm.json --visual").code, 2);
+  EXPECT_TRUE(mentions(run("scene imprt arm.urdf").err, {"Did you mean import"}));
+  EXPECT_TRUE(mentions(run("scene import").err, {"Name the robot"}));
+}
+
 TEST_F(SceneTool, SceneCheckTellsWhatIsWrong) {
   EXPECT_EQ(run("scene check over.json").code, 0);
   EXPECT_EQ(run("scene over.json -q").code, 0);

@@ -797,6 +797,22 @@ Setting clearance_row(Options& options, const char* words, const char* details) 
           .unset = "the scene's"};
 }
 
+std::vector<Group> scene_groups(Options& options) {
+  Settings importing = {
+      {.name = "output,o",
+       .value = "FILE",
+       .words = "the scene that is written (default ROBOT.json)",
+       .details = "With its meshes beside it: of each part FILE_PART.stl, in mm.",
+       .place = path_place(options.output)},
+      {.name = "visual",
+       .value = "",
+       .words = "links are as they are seen, not their shapes for collisions",
+       .details =
+           "Without it a link is what it has as <collision>, and where it has none its <visual>; with it the other way round.",
+       .place = &options.scene.visual}};
+  return {{"Of import", importing}, {"Output", scene_output_rows(options)}};
+}
+
 std::vector<Group> motion_groups(Options& options) {
   Settings checking = {
       {.name = "tolerance",
@@ -1293,6 +1309,15 @@ void choose_output(Options& options) {
     usage_error("Cannot tell what to write from the name '" + options.output.string() + "': end it in .stl, .obj, .ply or .3mf.");
 }
 
+/// @throws Error{usage} for what goes with import only
+void choose_import(Options& options) {
+  if (options.command != Command::scene) return;
+  const bool imports = options.scene.action == "import";
+  if (!imports && (options.scene.visual || !options.output.empty()))
+    usage_error("--output and --visual are of import: rayrep scene import ROBOT.urdf.");
+  if (imports && options.output.empty()) options.output = options.input.stem().string() + ".json";
+}
+
 /// @throws Error{usage} for what goes with --resolve only
 void choose_resolving(Options& options) {
   if (options.command != Command::motion) return;
@@ -1459,8 +1484,9 @@ const std::vector<Syntax>& commands() {
     all.push_back({"scene",
                    "rayrep scene check SCENE [options]: what is wrong with a scene, a JSON file of parts that move.\n"
                    "Parts that are no solids, states that name no part, motions that leave the scene, bodies that\n"
-                   "overlap in a state. Its form: docs/scene.md. Exit code 0: nothing, 3: something is wrong.\n",
-                   "check a scene of parts that move: scene check SCENE", Command::scene, "SCENE"});
+                   "overlap in a state. Its form: docs/scene.md. Exit code 0: nothing, 3: something is wrong.\n\n"
+                   "rayrep scene import ROBOT.urdf [options]: make a scene of a robot: each joint from rest to its limits.\n",
+                   "check a scene of parts that move, or import one: scene check SCENE", Command::scene, "SCENE"});
     all.push_back({"motion",
                    "rayrep motion SCENE [options]: when, where and how badly parts get into each other on their way.\n"
                    "Exit code 0: they never do, 4: some do.\n",
@@ -1505,7 +1531,7 @@ std::vector<Group> groups_of(const Syntax& syntax, Options& options) {
     case Command::studio:
       return studio_groups(options);
     case Command::scene:
-      return {{"Output", scene_output_rows(options)}};
+      return scene_groups(options);
     case Command::motion:
       return motion_groups(options);
     case Command::carve:
@@ -1718,6 +1744,7 @@ Options parse_sweep(int argc, const char* const* argv, const Syntax& syntax) {
 /// @param file  of which some of them are; may be null
 void take(const Given& given, const Syntax& syntax, const SpecFile* file, Options& options) {
   const bool named = given.contains("input") && !given.at("input").front().empty();
+  if (!named && options.scene.action == "import") usage_error("Name the robot: rayrep scene import ROBOT.urdf.");
   if (!named && syntax.command != Command::studio)
     usage_error("Name the " + std::string(options.takes_scene() ? "scene" : "mesh") + ": rayrep " + syntax.word + " " +
                 syntax.takes + (options.spec_file.empty() ? "." : ", or in '" + options.spec_file.string() + "' as \"mesh\"."));
@@ -1737,6 +1764,7 @@ void take(const Given& given, const Syntax& syntax, const SpecFile* file, Option
   check_each(options);
   choose_output(options);
   choose_batch(options);
+  choose_import(options);
   choose_resolving(options);
   choose_carving(options);
   if (options.command == Command::balance && options.output.empty())
@@ -1747,6 +1775,26 @@ void take(const Given& given, const Syntax& syntax, const SpecFile* file, Option
   note_in_force(groups, options);
   note_config(groups, given, options);
   refuse_overwriting(options);
+}
+
+}  // namespace
+
+namespace {
+
+/// Takes "check" or what else is to be done with a scene out of the words of a command line.
+/// @throws Error{usage} for what may be meant as such
+void take_scene_action(std::vector<const char*>& words, Options& options) {
+  static const std::vector<std::string> kActions = {"check", "import"};
+  if (words.size() < 3) return;
+  const std::string word = words[2];
+  if (std::find(kActions.begin(), kActions.end(), word) != kActions.end()) {
+    options.scene.action = word;
+    words.erase(words.begin() + 2);
+  } else if (word.find('.') == word.npos && words.size() > 3 && words[3][0] != '-') {
+    const std::string meant = nearest_name(word, kActions);
+    usage_error("There is no 'scene " + word + "'." + (meant.empty() ? "" : " Did you mean " + meant + "?") +
+                " It checks or imports: rayrep scene check SCENE, rayrep scene import ROBOT.urdf.");
+  }
 }
 
 }  // namespace
@@ -1763,10 +1811,7 @@ Options parse_command_line(int argc, const char* const* argv) {
   if (syntax.command == Command::sweep) return parse_sweep(argc, argv, syntax);
   Options options = defaults_of(syntax);
   std::vector<const char*> words(argv, argv + argc);
-  if (syntax.command == Command::scene && argc > 2 && std::string(argv[2]) == "check") {
-    options.scene.action = argv[2];
-    words.erase(words.begin() + 2);
-  }
+  if (syntax.command == Command::scene) take_scene_action(words, options);
   Given given = split(static_cast<int>(words.size()), words.data(), groups_of_all_goals(syntax, options));
   if (given.contains("help")) {
     options.command = Command::text;

@@ -55,6 +55,7 @@ struct SceneOptions {
   std::optional<double> clearance_mm;  ///< none: the scene's
   std::string part, by;                ///< carve: of what, and what makes its way through it
   double carve_tolerance_mm = 0.2;     ///< how much more may be taken away than has to be
+  bool visual = false;                 ///< scene import: links are as they are seen, not as they collide
   bool as_is = false;                  ///< balance: judge the parts as they are
   bool hint = false;                   ///< motion: tell what moves out of the way
   bool resolve = false;                ///< and do so

@@ -19,6 +19,7 @@
 #include "rayrep/motion/motion_check.h"
 #include "rayrep/motion/resolve.h"
 #include "rayrep/motion/scene.h"
+#include "rayrep/motion/urdf.h"
 #include "rayrep/report/balance_report.h"
 #include "rayrep/report/motion_report.h"
 #include "rayrep/report/scene_page.h"
@@ -65,24 +66,64 @@ std::string colliding(const Scene& scene, const MotionReport& report) {
 
 }  // namespace
 
-void run_scene(const Options& options, Stages& stages, const Progress& progress) {
-  progress.begin("read");
-  SceneFile file = read_scene(options.input, progress);
+namespace {
+
+/// Of a part: its name with what files are not to be called by replaced, and a number where that is taken.
+std::filesystem::path file_of(const std::string& part, const std::vector<std::filesystem::path>& taken) {
+  std::string name;
+  for (const char c : part) name += std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' ? c : '_';
+  std::filesystem::path file = name + ".stl";
+  for (int n = 2; std::find(taken.begin(), taken.end(), file) != taken.end(); ++n) file = name + "_" + std::to_string(n) + ".stl";
+  return file;
+}
+
+/// Writes meshes beside the scene, all or none, and the scene that names them.
+void write_with_meshes(Scene& scene, const std::filesystem::path& path) {
+  std::vector<std::filesystem::path> files;
+  std::vector<std::unique_ptr<PendingFile>> pending;
+  for (ScenePart& part : scene.parts) {
+    files.push_back(file_of(path.stem().string() + "_" + part.name, files));
+    part.file = path.parent_path() / files.back();
+    part.mesh = std::make_shared<const Mesh>(as_stored(part.file, *part.mesh));
+    pending.push_back(std::make_unique<PendingFile>(part.file));
+    pending.back()->write({{{*part.mesh}}});
+  }
+  for (const auto& file : pending) file->commit();
+  write_text_file(path, scene_text(scene, path));
+}
+
+/// @throws Error{input} when something is wrong with it
+void check_and_tell(SceneFile& file, const std::string& name, const Options& options, Stages& stages, const Progress& progress) {
   if (file.problems.empty()) {
     progress.begin("check");
     file.problems = misplaced(file.scene, progress);
   }
   stages.finish();
   if (options.json)
-    std::cout << to_json(file, options.input.string());
+    std::cout << to_json(file, name);
   else if (!options.quiet)
-    std::cout << printable(to_text(file, options.input.string()));
+    std::cout << printable(to_text(file, name));
   std::cout.flush();
   if (file.problems.empty()) return;
   const std::size_t count = file.problems.size();
-  throw Error(ErrorCode::input, options.input.string() + ": " + std::to_string(count) + (count == 1 ? " thing is" : " things are") +
-                                    " wrong with this scene." +
+  const bool imported = options.scene.action == "import";
+  const std::string things = std::to_string(count) + (count == 1 ? " thing is" : " things are");
+  throw Error(ErrorCode::input, name + ": " + things + " wrong with this scene" + (imported ? ", which is written." : ".") +
                                     (options.json || !options.quiet ? "" : " " + file.problems[0].message));
+}
+
+}  // namespace
+
+void run_scene(const Options& options, Stages& stages, const Progress& progress) {
+  progress.begin("read");
+  if (options.scene.action == "check") {
+    SceneFile file = read_scene(options.input, progress);
+    return check_and_tell(file, options.input.string(), options, stages, progress);
+  }
+  SceneFile file = import_urdf(options.input, {.visual = options.scene.visual}, progress);
+  progress.begin("write");
+  write_with_meshes(file.scene, options.output);
+  check_and_tell(file, options.output.string(), options, stages, progress);
 }
 
 namespace {
@@ -166,15 +207,6 @@ void run_carve(const Options& options, Stages& stages, const Progress& progress)
 }
 
 namespace {
-
-/// Of a part: its name with what files are not to be called by replaced, and a number where that is taken.
-std::filesystem::path file_of(const std::string& part, const std::vector<std::filesystem::path>& taken) {
-  std::string name;
-  for (const char c : part) name += std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' ? c : '_';
-  std::filesystem::path file = name + ".stl";
-  for (int n = 2; std::find(taken.begin(), taken.end(), file) != taken.end(); ++n) file = name + "_" + std::to_string(n) + ".stl";
-  return file;
-}
 
 HollowOptions making_options(const Options& options) {
   HollowOptions making = options.hollow;
