@@ -43,19 +43,27 @@ CollisionInterval interval_of(CollisionInterval::Kind kind, double from, double 
   return interval;
 }
 
+bool turn_alike(const MovingBody& a, const MovingBody& b) {
+  return (!turns(*a.motion) && !turns(*b.motion)) || same(a.motion->rotation, b.motion->rotation);
+}
+
 /// Whether both go the same way, so that they are at rest to each other.
 bool move_as_one(const MovingBody& a, const MovingBody& b) {
-  if (!same(a.motion->translation, b.motion->translation)) return false;
-  if (!turns(*a.motion) && !turns(*b.motion)) return true;
-  return same(a.motion->rotation, b.motion->rotation) && a.pivot_mm == b.pivot_mm;
+  if (!same(a.motion->translation, b.motion->translation) || !turn_alike(a, b)) return false;
+  return !turns(*a.motion) || a.pivot_mm == b.pivot_mm;
+}
+
+/// Of the second seen from the first, at most.
+Travel travel_of(const MovingBody& a, const MovingBody& b) {
+  if (move_as_one(a, b)) return {};
+  if (turn_alike(a, b)) return Travel::seen_from(*a.motion, *b.motion, b.pivot_mm - a.pivot_mm);
+  return Travel::of_both(Travel(*a.motion, a.reach_mm()), Travel(*b.motion, b.reach_mm()));
 }
 
 }  // namespace
 
 PairTimeline::PairTimeline(const MovingBody& first, const MovingBody& second, const Limits& limits)
-    : first_(first), second_(second), limits_(limits) {
-  if (!move_as_one(first, second))
-    travel_ = Travel::of_both(Travel(*first.motion, first.reach_mm()), Travel(*second.motion, second.reach_mm()));
+    : first_(first), second_(second), limits_(limits), travel_(travel_of(first, second)) {
   add(0, 1, Kind::open);
 }
 
@@ -124,7 +132,8 @@ void PairTimeline::refine_piece(double from, double to) {
   const double here = travel_.at(middle);
   const Answer answer = look(middle, std::max(here - travel_.at(from), travel_.at(to) - here));
   if (answer.kind == Kind::touching) {
-    if (length <= limits_.tolerance || travel_.at(to) <= travel_.at(from)) {
+    // At rest to each other, but for less than counts.
+    if (length <= limits_.tolerance || travel_.at(to) - travel_.at(from) <= limits_.touch_mm) {
       pieces_.at(from).kind = Kind::touching;
     } else {
       add(from, middle, Kind::open);

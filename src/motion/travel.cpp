@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 namespace rayrep {
 namespace {
@@ -24,7 +25,96 @@ double fastest(const TranslationKey& a, const TranslationKey& b, double from, do
   return std::max({blossom(from, from).norm(), blossom(from, to).norm(), blossom(to, to).norm()});
 }
 
+using Curve = std::array<Vector3d, 4>;
+
+/// The control points of what a cubic Bezier curve is from `from` to `to` of its parameter.
+Curve restricted(const Curve& curve, double from, double to) {
+  const auto blossom = [&curve](double r, double s, double t) {
+    Curve p = curve;
+    std::size_t left = 3;
+    for (const double at : {r, s, t}) {
+      for (std::size_t k = 0; k < left; ++k) p[k] = (1 - at) * p[k] + at * p[k + 1];
+      --left;
+    }
+    return p[0];
+  };
+  return {blossom(from, from, from), blossom(from, from, to), blossom(from, to, to), blossom(to, to, to)};
+}
+
+/// Of a list of keys the stretch in which a time is that is none of theirs; none where it is a rest.
+template <typename Key>
+std::optional<std::size_t> stretch_at(const std::vector<Key>& keys, double time) {
+  if (keys.size() < 2) return std::nullopt;
+  const auto after = std::upper_bound(keys.begin() + 1, keys.end() - 1, time, [](double t, const Key& k) { return t < k.time; });
+  return static_cast<std::size_t>(after - keys.begin()) - 1;
+}
+
+/// The way of a body during a stretch of time without keys in it.
+Curve curve_of(const std::vector<TranslationKey>& keys, double from, double to) {
+  const auto n = stretch_at(keys, (from + to) / 2);
+  if (!n) {
+    const Vector3d at = keys.empty() ? Vector3d::Zero() : keys.front().at_mm;
+    return {at, at, at, at};
+  }
+  const TranslationKey& a = keys[*n];
+  const TranslationKey& b = keys[*n + 1];
+  const double length = b.time - a.time;
+  return restricted({a.at_mm, a.out_mm, b.in_mm, b.at_mm}, (from - a.time) / length, (to - a.time) / length);
+}
+
+/// Of a body during a stretch of time without keys in it, per unit of time.
+Vector3d angular_velocity(const std::vector<RotationKey>& keys, double from, double to) {
+  const auto n = stretch_at(keys, (from + to) / 2);
+  if (!n) return Vector3d::Zero();
+  const Eigen::Quaterniond turn = keys[*n + 1].rotation * keys[*n].rotation.conjugate();
+  // The way that slerp goes, of two that are as long, too.
+  const double sign = keys[*n].rotation.dot(keys[*n + 1].rotation) < 0 ? -1 : 1;
+  const double sine = turn.vec().norm();
+  if (!(sine > 0)) return Vector3d::Zero();
+  const double angle = 2 * std::atan2(sine, std::max(sign * turn.w(), 0.0));
+  return sign * angle / (keys[*n + 1].time - keys[*n].time) / sine * turn.vec();
+}
+
+/// Largest length of w' - angular velocity x w, on a stretch of time: a control point of that cubic.
+double fastest_seen(const Curve& w, const Vector3d& angular, double length) {
+  const std::array<Vector3d, 3> d = {3 * (w[1] - w[0]) / length, 3 * (w[2] - w[1]) / length, 3 * (w[3] - w[2]) / length};
+  const Curve velocity = {d[0], (d[0] + 2 * d[1]) / 3, (2 * d[1] + d[2]) / 3, d[2]};
+  double most = 0;
+  for (std::size_t k = 0; k < w.size(); ++k) most = std::max(most, (velocity[k] - angular.cross(w[k])).norm());
+  return most;
+}
+
+std::vector<double> times_of(const Motion& a, const Motion& b) {
+  std::vector<double> times = {0, 1};
+  for (const Motion* motion : {&a, &b}) {
+    for (const TranslationKey& key : motion->translation) times.push_back(key.time);
+    for (const RotationKey& key : motion->rotation) times.push_back(key.time);
+  }
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  return times;
+}
+
 }  // namespace
+
+Travel Travel::seen_from(const Motion& other, const Motion& motion, const Vector3d& between_mm) {
+  Travel seen;
+  seen.times_ = {0};
+  seen.lengths_ = {0};
+  const std::vector<double> times = times_of(other, motion);
+  for (std::size_t n = 0; n + 1 < times.size(); ++n)
+    for (int k = 0; k < kPieces; ++k) {
+      const double length = (times[n + 1] - times[n]) / kPieces;
+      const double from = times[n] + k * length, to = k + 1 < kPieces ? from + length : times[n + 1];
+      const Curve a = curve_of(other.translation, from, to);
+      Curve w = curve_of(motion.translation, from, to);
+      for (std::size_t c = 0; c < w.size(); ++c) w[c] += between_mm - a[c];
+      seen.times_.push_back(to);
+      seen.lengths_.push_back(seen.lengths_.back() +
+                              kMore * length * fastest_seen(w, angular_velocity(motion.rotation, from, to), length));
+    }
+  return seen;
+}
 
 Travel::Travel(const Motion& motion, double reach_mm) : Travel() {
   Travel moved, turned;

@@ -13,6 +13,9 @@ public:
   Travel() : times_{0, 1}, lengths_{0, 0} {}  ///< of a body at rest
   /// @param reach_mm  of the body's points from its pivot, at most
   Travel(const Motion& motion, double reach_mm);
+  /// Of a body as it is seen from another one that turns as it does, or does not turn either: theory.md (126).
+  /// @param between_mm  from the other one's pivot to its own
+  static Travel seen_from(const Motion& other, const Motion& motion, const Eigen::Vector3d& between_mm);
   /// Of two bodies towards each other.
   static Travel of_both(const Travel& a, const Travel& b);
 
