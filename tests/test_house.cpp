@@ -51,7 +51,7 @@ const std::map<std::string, std::set<std::string>> kThirdParty = {
     {"zip.h", {"archive"}},
     {"png.h", {"png_rows"}},
     {"cairo.h", {"drawing_png"}},
-    {"nlohmann/", {"json", "html", "motion_json", "scene_file", "scene_page", "balance_page"}},
+    {"nlohmann/", {"json", "html", "motion_json", "scene_file", "scene_page", "scene_gltf", "balance_page"}},
     {"fmt/", {"text", "words"}},
     {"httplib.h", {"server"}},
     {"boost/", {}},

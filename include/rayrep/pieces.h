@@ -34,6 +34,7 @@
 
 #include "rayrep/motion/scene.h"          // parts that move: states, and the ways between them
 #include "rayrep/motion/urdf.h"           // robots as scenes
+#include "rayrep/motion/gltf.h"           // scenes as animated glTF
 #include "rayrep/motion/motion_check.h"   // when, where and how badly they get into each other
 #include "rayrep/motion/resolve.h"        // what moves them out of each other's way
 #include "rayrep/motion/carve.h"          // room for the way of one through another

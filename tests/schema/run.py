@@ -28,7 +28,7 @@ SCENE = {
     "transitions": [{"from": "left", "to": "right", "motions": {"heart": {"translation": [{"time": 0.5, "at": [0, 0, 5], "in": [-80, 0, 0], "out": [80, 0, 0]}]}}}],
     "may_touch": [{"parts": ["duck", "heart"], "clearance": 0.2}], "room": [[-300, -300, -300], [300, 300, 300]],
 }
-SCENE_RUNS = [("motion", "scene.json"), ("scene", "check", "scene.json"), ("scene", "import", str(EXAMPLES / "scenes/arm.urdf")), ("carve", "scene.json", "--part", "duck", "--by", "heart", "--tolerance", "4"),
+SCENE_RUNS = [("motion", "scene.json"), ("scene", "check", "scene.json"), ("scene", "import", str(EXAMPLES / "scenes/arm.urdf")), ("scene", "export", "scene.json"), ("carve", "scene.json", "--part", "duck", "--by", "heart", "--tolerance", "4"),
               ("balance", str(EXAMPLES / "scenes/giraffe.json"), "--resolution", "40", "-o", "balanced")]
 
 

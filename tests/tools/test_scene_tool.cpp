@@ -106,6 +106,17 @@ TEST_F(SceneTool, ImportMakesASceneOfARobot) {
   EXPECT_TRUE(mentions(run("scene import").err, {"Name the robot"}));
 }
 
+TEST_F(SceneTool, ExportWritesGltf) {
+  const Run exported = run("scene export over.json");
+  EXPECT_EQ(exported.code, 0) << exported.err;
+  EXPECT_TRUE(mentions(exported.out, {"over.glb: 2 parts, 1 animation of 2 s"}));
+  EXPECT_EQ(text_of(folder() / "over.glb").substr(0, 4), "glTF");
+  EXPECT_EQ(run("scene export over.json -o over.gltf").code, 2);
+  EXPECT_EQ(run("scene export over.json --visual").code, 2);
+  EXPECT_EQ(run("scene export none.json").code, 3);
+  EXPECT_EQ(run("scene check over.json -o over.glb").code, 2);
+}
+
 TEST_F(SceneTool, SceneCheckTellsWhatIsWrong) {
   EXPECT_EQ(run("scene check over.json").code, 0);
   EXPECT_EQ(run("scene over.json -q").code, 0);

@@ -801,16 +801,16 @@ std::vector<Group> scene_groups(Options& options) {
   Settings importing = {
       {.name = "output,o",
        .value = "FILE",
-       .words = "the scene that is written (default ROBOT.json)",
-       .details = "With its meshes beside it: of each part FILE_PART.stl, in mm.",
+       .words = "what is written (default ROBOT.json, SCENE.glb)",
+       .details = "Import: the scene, with its meshes beside it: of each part FILE_PART.stl, in mm. Export: binary glTF.",
        .place = path_place(options.output)},
       {.name = "visual",
        .value = "",
-       .words = "links are as they are seen, not their shapes for collisions",
+       .words = "import links as they are seen, not their shapes for collisions",
        .details =
            "Without it a link is what it has as <collision>, and where it has none its <visual>; with it the other way round.",
        .place = &options.scene.visual}};
-  return {{"Of import", importing}, {"Output", scene_output_rows(options)}};
+  return {{"Import and export", importing}, {"Output", scene_output_rows(options)}};
 }
 
 std::vector<Group> motion_groups(Options& options) {
@@ -1309,13 +1309,17 @@ void choose_output(Options& options) {
     usage_error("Cannot tell what to write from the name '" + options.output.string() + "': end it in .stl, .obj, .ply or .3mf.");
 }
 
-/// @throws Error{usage} for what goes with import only
+/// @throws Error{usage} for what goes with import and export only
 void choose_import(Options& options) {
   if (options.command != Command::scene) return;
-  const bool imports = options.scene.action == "import";
-  if (!imports && (options.scene.visual || !options.output.empty()))
-    usage_error("--output and --visual are of import: rayrep scene import ROBOT.urdf.");
-  if (imports && options.output.empty()) options.output = options.input.stem().string() + ".json";
+  const std::string& action = options.scene.action;
+  if (action == "check" && !options.output.empty())
+    usage_error("--output is of import and export: rayrep scene import ROBOT.urdf, rayrep scene export SCENE.");
+  if (action != "import" && options.scene.visual) usage_error("--visual is of import: rayrep scene import ROBOT.urdf.");
+  if (action != "check" && options.output.empty())
+    options.output = options.input.stem().string() + (action == "import" ? ".json" : ".glb");
+  if (action == "export" && options.output.extension() != ".glb")
+    usage_error("What is written is binary glTF: end '" + options.output.string() + "' in .glb.");
 }
 
 /// @throws Error{usage} for what goes with --resolve only
@@ -1485,8 +1489,9 @@ const std::vector<Syntax>& commands() {
                    "rayrep scene check SCENE [options]: what is wrong with a scene, a JSON file of parts that move.\n"
                    "Parts that are no solids, states that name no part, motions that leave the scene, bodies that\n"
                    "overlap in a state. Its form: docs/scene.md. Exit code 0: nothing, 3: something is wrong.\n\n"
-                   "rayrep scene import ROBOT.urdf [options]: make a scene of a robot: each joint from rest to its limits.\n",
-                   "check a scene of parts that move, or import one: scene check SCENE", Command::scene, "SCENE"});
+                   "rayrep scene import ROBOT.urdf [options]: make a scene of a robot: each joint from rest to its limits.\n"
+                   "rayrep scene export SCENE [options]: write it as glTF, with its motions, for other programs.\n",
+                   "check a scene of parts that move, import or export one: scene check SCENE", Command::scene, "SCENE"});
     all.push_back({"motion",
                    "rayrep motion SCENE [options]: when, where and how badly parts get into each other on their way.\n"
                    "Exit code 0: they never do, 4: some do.\n",
@@ -1784,7 +1789,7 @@ namespace {
 /// Takes "check" or what else is to be done with a scene out of the words of a command line.
 /// @throws Error{usage} for what may be meant as such
 void take_scene_action(std::vector<const char*>& words, Options& options) {
-  static const std::vector<std::string> kActions = {"check", "import"};
+  static const std::vector<std::string> kActions = {"check", "import", "export"};
   if (words.size() < 3) return;
   const std::string word = words[2];
   if (std::find(kActions.begin(), kActions.end(), word) != kActions.end()) {
@@ -1793,7 +1798,7 @@ void take_scene_action(std::vector<const char*>& words, Options& options) {
   } else if (word.find('.') == word.npos && words.size() > 3 && words[3][0] != '-') {
     const std::string meant = nearest_name(word, kActions);
     usage_error("There is no 'scene " + word + "'." + (meant.empty() ? "" : " Did you mean " + meant + "?") +
-                " It checks or imports: rayrep scene check SCENE, rayrep scene import ROBOT.urdf.");
+                " There are: rayrep scene check SCENE, rayrep scene import ROBOT.urdf, rayrep scene export SCENE.");
   }
 }
 

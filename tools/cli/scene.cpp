@@ -16,6 +16,7 @@
 #include "rayrep/judge/verify_mechanism.h"
 #include "rayrep/make/balance.h"
 #include "rayrep/motion/carve.h"
+#include "rayrep/motion/gltf.h"
 #include "rayrep/motion/motion_check.h"
 #include "rayrep/motion/resolve.h"
 #include "rayrep/motion/scene.h"
@@ -114,12 +115,31 @@ void check_and_tell(SceneFile& file, const std::string& name, const Options& opt
 
 }  // namespace
 
+namespace {
+
+void run_export(const Options& options, Stages& stages, const Progress& progress) {
+  SceneFile file = read_scene(options.input, progress);
+  require_scene(file, options.input.string());
+  progress.begin("write");
+  write_text_file(options.output, to_glb(file.scene));
+  stages.finish();
+  if (options.json)
+    std::cout << to_json(file, options.input.string());
+  else if (!options.quiet)
+    std::cout << printable(options.output.string()) << ": " << file.scene.parts.size() << " parts, "
+              << file.scene.transitions.size() << (file.scene.transitions.size() == 1 ? " animation" : " animations") << " of "
+              << kGltfSeconds << " s\n";
+}
+
+}  // namespace
+
 void run_scene(const Options& options, Stages& stages, const Progress& progress) {
   progress.begin("read");
   if (options.scene.action == "check") {
     SceneFile file = read_scene(options.input, progress);
     return check_and_tell(file, options.input.string(), options, stages, progress);
   }
+  if (options.scene.action == "export") return run_export(options, stages, progress);
   SceneFile file = import_urdf(options.input, {.visual = options.scene.visual}, progress);
   progress.begin("write");
   write_with_meshes(file.scene, options.output);

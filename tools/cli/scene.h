@@ -7,7 +7,7 @@
 
 namespace rayrep::tool {
 
-/// Checks, or imports. @throws Error{input} when something is wrong with the scene, or with the robot
+/// Checks, imports, or exports. @throws Error{input} when something is wrong with the scene, or with the robot
 void run_scene(const Options& options, Stages& stages, const Progress& progress);
 
 /// @throws Error{goal} when parts get into each other; Error{input} for a scene that cannot be used
