@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <tuple>
 
 namespace rayrep {
 namespace {
@@ -63,7 +64,11 @@ Travel travel_of(const MovingBody& a, const MovingBody& b) {
 }  // namespace
 
 PairTimeline::PairTimeline(const MovingBody& first, const MovingBody& second, const Limits& limits)
-    : first_(first), second_(second), limits_(limits), travel_(travel_of(first, second)) {
+    : first_(first),
+      second_(second),
+      limits_(limits),
+      travel_(travel_of(first, second)),
+      slides_(!turns(*first.motion) && !turns(*second.motion)) {
   add(0, 1, Kind::open);
 }
 
@@ -143,9 +148,23 @@ void PairTimeline::refine_piece(double from, double to) {
   }
   const double lo = travel_.earlier(middle, answer.radius_mm, from);
   const double hi = travel_.later(middle, answer.radius_mm, to);
+  if (answer.kind == Kind::clear && hi - lo < length / 2 && slides_clear(from, middle, to)) return add(from, to, Kind::clear);
   add(from, lo, Kind::open);
   add(lo, hi, answer.kind);
   add(hi, to, Kind::open);
+}
+
+/// Of two that are clear in the middle and little further by travel: by slabs between them.
+bool PairTimeline::slides_clear(double from, double middle, double to) {
+  if (!slides_ || to - from > slides_within_) return false;
+  const Isometry3d pose = pose_at(middle);
+  const Eigen::Matrix3d seen = first_.at(middle).linear().transpose();
+  const Vector3d at = second_.motion->at(middle).translation_mm - first_.motion->at(middle).translation_mm;
+  std::vector<Vector3d> offsets = hull_of_way(*first_.motion, *second_.motion, from, to);
+  for (Vector3d& offset : offsets) offset = seen * (offset - at);
+  if (keeps_apart(*first_.body, *second_.body, pose, offsets, limits_.clearance_mm + limits_.touch_mm)) return true;
+  slides_within_ = (to - from) / 4;
+  return false;
 }
 
 PairTimeline::Answer PairTimeline::look(double time, double ahead_mm) {
@@ -172,7 +191,7 @@ PairTimeline::Answer PairTimeline::look(double time, double ahead_mm) {
 
 PairTimeline::Answer PairTimeline::look_inside(const Isometry3d& pose, double ahead_mm) const {
   const Depth depth =
-      depth_inside(*first_.body, *second_.body, pose, 1.001 * ahead_mm + 2 * limits_.touch_mm, limits_.touch_mm / 2);
+      depth_inside(*first_.body, *second_.body, pose, {1.001 * ahead_mm + 2 * limits_.touch_mm, limits_.touch_mm / 2});
   const double radius = depth.at_least_mm + limits_.clearance_mm;
   if (radius > limits_.touch_mm) return {Kind::overlap, radius - 1e-3 * limits_.touch_mm};
   return {Kind::touching};
@@ -218,42 +237,61 @@ std::vector<CollisionInterval> PairTimeline::intervals() const {
   return told;
 }
 
+double PairTimeline::length_at(double time) const {
+  double length = 0;
+  for (const ContourPiece& piece : contour(*first_.body, *second_.body, pose_at(time))) length += piece.length_mm();
+  return length;
+}
+
+/// The worst of moments with the lengths of their contours: of those that are as long as any, the deepest.
+std::pair<double, double> PairTimeline::worst_of(const std::vector<std::pair<double, double>>& lengths) const {
+  constexpr double kAsLong = 0.99;
+  double longest = 0, deepest = -kInfinite;
+  std::pair<double, double> worst = lengths.front();
+  for (const auto& [time, length] : lengths) longest = std::max(longest, length);
+  if (lengths.size() == 1) return worst;
+  for (const auto& [time, length] : lengths) {
+    if (length < kAsLong * longest) continue;
+    double depth = depth_inside(*first_.body, *second_.body, pose_at(time)).at_least_mm;
+    if (depth == 0) depth = -nearness(*first_.body, *second_.body, pose_at(time), kInfinite).at_most_mm;
+    if (depth <= deepest) continue;
+    deepest = depth;
+    worst = {time, length};
+  }
+  return worst;
+}
+
 void PairTimeline::describe(CollisionInterval& interval) const {
   // By the rule of Gauss and Chebyshev: near its ends a contour is as long as the root of the time.
   constexpr int kMoments = 12;
   const double half = (interval.to - interval.from) / 2, centre = (interval.to + interval.from) / 2;
-  double longest = -1, deepest = -kInfinite;
+  std::vector<std::pair<double, double>> lengths;
   interval.intersection_mm = 0;
-  const int moments = interval.kind == CollisionInterval::Kind::overlap && travel_.whole() > 0 ? kMoments : 1;
-  for (int n = 1; n <= moments; ++n) {
-    const double angle = std::numbers::pi * n / (moments + 1);
-    const double time = centre - half * std::cos(angle);
-    const Isometry3d pose = pose_at(time);
-    double length = 0;
-    for (const ContourPiece& piece : contour(*first_.body, *second_.body, pose)) length += piece.length_mm();
-    interval.intersection_mm += half * std::numbers::pi / (moments + 1) * std::sin(angle) * length;
-    double depth = 0;
-    if (length == 0) {
-      depth = -nearness(*first_.body, *second_.body, pose, kInfinite).at_most_mm;
-      if (depth < 0 && one_holds_other(*first_.body, *second_.body, pose)) depth = -depth;
-    }
-    if (std::pair(length, depth) <= std::pair(longest, deepest)) continue;
-    longest = length;
-    deepest = depth;
-    interval.worst_time = time;
+  const bool moves = interval.kind == CollisionInterval::Kind::overlap && travel_.whole() > 0;
+  // And, without weight, where the way begins or ends in an overlap: that may be its worst.
+  const int first = interval.from > interval.within ? 1 : 0;
+  const int last = interval.to + interval.within < 1 ? kMoments : kMoments + 1;
+  for (int n = first; moves && n <= last; ++n) {
+    const double angle = std::numbers::pi * n / (kMoments + 1);
+    lengths.emplace_back(std::clamp(centre - half * std::cos(angle), interval.from, interval.to), 0);
+    lengths.back().second = length_at(lengths.back().first);
+    interval.intersection_mm += half * std::numbers::pi / (kMoments + 1) * std::sin(angle) * lengths.back().second;
   }
-  if (moments == 1) interval.intersection_mm = 2 * half * longest;
+  if (!moves) {
+    lengths = {{centre, length_at(centre)}};
+    interval.intersection_mm = 2 * half * lengths[0].second;
+  }
+  std::tie(interval.worst_time, interval.contour_length_mm) = worst_of(lengths);
   const Isometry3d scene = first_.at(interval.worst_time);
   const Isometry3d pose = pose_at(interval.worst_time);
   interval.worst_box_mm.setEmpty();
   interval.contour_mm.clear();
-  interval.contour_length_mm = longest;
   for (const ContourPiece& piece : contour(*first_.body, *second_.body, pose)) {
     interval.contour_mm.push_back({scene * piece.ends[0].at_mm, scene * piece.ends[1].at_mm});
     for (const Vector3d& p : interval.contour_mm.back()) interval.worst_box_mm.extend(p);
   }
   const Nearness near = nearness(*first_.body, *second_.body, pose, kInfinite, 1 + 1e-6);
-  const Depth depth = depth_inside(*first_.body, *second_.body, pose, kInfinite, 0);
+  const Depth depth = depth_inside(*first_.body, *second_.body, pose, {.factor = 1.01, .points = 800});
   interval.distance_mm = near.at_most_mm;
   interval.depth_mm = depth.at_least_mm;
   if (!interval.worst_box_mm.isEmpty()) return;

@@ -62,12 +62,17 @@ private:
   void refine_piece(double from, double to);
   Answer look(double time, double ahead_mm);
   Answer look_inside(const Eigen::Isometry3d& pose, double ahead_mm) const;
+  bool slides_clear(double from, double middle, double to);
   bool beside_overlap(double from, double to) const;
+  double length_at(double time) const;
+  std::pair<double, double> worst_of(const std::vector<std::pair<double, double>>& lengths) const;
   void merge_open();
 
   MovingBody first_, second_;
   Limits limits_;
   Travel travel_;
+  bool slides_;               ///< neither turns
+  double slides_within_ = 1;  ///< stretches that are longer are not worth a look
   Pieces pieces_;
   std::priority_queue<std::pair<double, double>> open_;  ///< length and beginning
   std::size_t moments_ = 0;

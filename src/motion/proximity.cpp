@@ -70,6 +70,80 @@ private:
   Eigen::Matrix3d spread_;
 };
 
+/// Two bodies of which the second is moved without being turned: by slabs between them that are as wide all the time.
+class SlabSearch {
+public:
+  SlabSearch(const SolidBody& first, const SolidBody& second, const Eigen::Isometry3d& pose,
+             const std::vector<Vector3d>& offsets_mm, double gap_mm)
+      : first_(first), second_(second), pose_(pose), spread_(pose.linear().cwiseAbs()), offsets_(offsets_mm), gap_(gap_mm) {
+    for (const Vector3d& offset : offsets_) reach_.extend(offset);
+  }
+
+  bool apart(int a, int b) {
+    const BoxTree::Node& na = first_.tree().node(a);
+    const BoxTree::Node& nb = second_.tree().node(b);
+    if (apart(na.box, nb.box)) return true;
+    if (++looked_at_ > kMost) return false;
+    if (na.is_leaf() && nb.is_leaf()) return leaves_apart(na, nb);
+    const bool split_a = nb.is_leaf() || (!na.is_leaf() && na.box.sizes().squaredNorm() > nb.box.sizes().squaredNorm());
+    if (split_a) return apart(a + 1, b) && apart(na.right, b);
+    return apart(a, b + 1) && apart(a, nb.right);
+  }
+
+private:
+  static constexpr int kMost = 100'000;  // pairs that are looked at
+
+  /// By the slabs along the axes.
+  bool apart(const AlignedBox3d& a, const AlignedBox3d& b) const {
+    const Vector3d half = a.sizes() / 2 + spread_ * b.sizes() / 2;
+    const Vector3d between = pose_ * b.center() - a.center();
+    const Vector3d above = between + reach_.min() - half, below = -between - reach_.max() - half;
+    return above.maxCoeff() > gap_ || below.maxCoeff() > gap_;
+  }
+
+  bool leaves_apart(const BoxTree::Node& na, const BoxTree::Node& nb) {
+    for (std::size_t i = na.begin; i < na.end; ++i)
+      for (std::size_t j = nb.begin; j < nb.end; ++j) {
+        const int s = first_.tree().member(i), t = second_.tree().member(j);
+        if (!apart(first_.tree().box_of(s), second_.tree().box_of(t)) && !triangles_apart(s, t)) return false;
+      }
+    return true;
+  }
+
+  /// By slabs across both triangles, and across from one to the other where they are nearest.
+  bool triangles_apart(int s, int t) {
+    ++looked_at_;
+    const Corners3 p = corners_of(first_.mesh(), s);
+    Corners3 q = corners_of(second_.mesh(), t);
+    for (Vector3d& c : q) c = pose_ * c;
+    for (const Vector3d& normal : {(p[1] - p[0]).cross(p[2] - p[0]), (q[1] - q[0]).cross(q[2] - q[0])})
+      if (apart_across(p, q, normal) || apart_across(p, q, -normal)) return true;
+    const NearestPair pair = triangle_distance(p, q);
+    return apart_across(p, q, pair.on_second - pair.on_first);
+  }
+
+  bool apart_across(const Corners3& p, const Corners3& q, const Vector3d& across) const {
+    const double length = across.norm();
+    if (!(length > 0)) return false;
+    const auto least = [&across](const auto& points) {
+      double value = std::numeric_limits<double>::infinity();
+      for (const Vector3d& point : points) value = std::min(value, across.dot(point));
+      return value;
+    };
+    const double most = std::max({across.dot(p[0]), across.dot(p[1]), across.dot(p[2])});
+    return least(q) - most + least(offsets_) > length * gap_;
+  }
+
+  const SolidBody& first_;
+  const SolidBody& second_;
+  const Eigen::Isometry3d& pose_;
+  Eigen::Matrix3d spread_;
+  const std::vector<Vector3d>& offsets_;
+  AlignedBox3d reach_;
+  double gap_;
+  int looked_at_ = 0;
+};
+
 // ----------------------------------------------------------------------------------------------------------------------- depth
 
 /// A part of the surface of a body in which the deepest point is looked for: a node of its tree, or a piece of a triangle.
@@ -86,12 +160,11 @@ public:
   DepthSearch(const SolidBody& host, const SolidBody& guest, const Eigen::Isometry3d& guest_in_host, Depth& best)
       : host_(host), guest_(guest), pose_(guest_in_host), best_(best) {}
 
-  void run(double enough_mm, double least_mm) {
-    constexpr int kMost = 160;  // points that are looked at
+  void run(const DepthWanted& wanted) {
     add_node(0);
     for (const Vector3d& p : guest_.inner_points()) look_at(pose_ * p);
-    while (!open_.empty() && best_.at_least_mm < enough_mm && looked_at_ < kMost) {
-      if (open_.top().at_most <= std::max(2 * best_.at_least_mm, least_mm)) break;
+    while (!open_.empty() && best_.at_least_mm < wanted.enough_mm && looked_at_ < wanted.points) {
+      if (open_.top().at_most <= std::max(wanted.factor * best_.at_least_mm, wanted.least_mm)) break;
       const Region region = open_.top();
       open_.pop();
       split(region);
@@ -266,6 +339,11 @@ double apart_by_boxes(const SolidBody& first, const SolidBody& second, const Eig
   return std::max(seen_from_first, PairDescent(second, first, back).apart(second.box(), first.box()));
 }
 
+bool keeps_apart(const SolidBody& first, const SolidBody& second, const Eigen::Isometry3d& pose,
+                 const std::vector<Vector3d>& offsets_mm, double gap_mm) {
+  return SlabSearch(first, second, pose, offsets_mm, gap_mm).apart(0, 0);
+}
+
 bool one_holds_other(const SolidBody& first, const SolidBody& second, const Eigen::Isometry3d& pose) {
   for (const Vector3d& p : second.corners())
     if (first.contains(pose * p)) return true;
@@ -275,16 +353,15 @@ bool one_holds_other(const SolidBody& first, const SolidBody& second, const Eige
   return false;
 }
 
-Depth depth_inside(const SolidBody& first, const SolidBody& second, const Eigen::Isometry3d& pose, double enough_mm,
-                   double least_mm) {
+Depth depth_inside(const SolidBody& first, const SolidBody& second, const Eigen::Isometry3d& pose, const DepthWanted& wanted) {
   Depth best;
-  DepthSearch(first, second, pose, best).run(enough_mm, least_mm);
-  if (best.at_least_mm >= enough_mm) return best;
+  DepthSearch(first, second, pose, best).run(wanted);
+  if (best.at_least_mm >= wanted.enough_mm) return best;
   const double in_first = best.at_least_mm;
   const Eigen::Isometry3d back = pose.inverse();
-  DepthSearch(second, first, back, best).run(enough_mm, least_mm);
+  DepthSearch(second, first, back, best).run(wanted);
   if (best.at_least_mm > in_first) best.place_mm = pose * best.place_mm;
-  if (best.at_least_mm <= 2 * least_mm) look_at_contour(first, second, pose, best);
+  if (best.at_least_mm <= 2 * wanted.least_mm || wanted.factor < 2) look_at_contour(first, second, pose, best);
   return best;
 }
 

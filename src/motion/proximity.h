@@ -33,6 +33,11 @@ Nearness nearness(const SolidBody& first, const SolidBody& second, const Eigen::
 /// A bound from below of their distance, by their boxes alone.
 double apart_by_boxes(const SolidBody& first, const SolidBody& second, const Eigen::Isometry3d& pose);
 
+/// Whether the surfaces stay further apart than `gap_mm` wherever in the convex hull of `offsets_mm`, in the frame of the first,
+/// the second is moved to, theory.md (110). True is proven; false may be that it took too long.
+bool keeps_apart(const SolidBody& first, const SolidBody& second, const Eigen::Isometry3d& pose,
+                 const std::vector<Eigen::Vector3d>& offsets_mm, double gap_mm);
+
 /// Whether a connected part of one of the surfaces lies in the other body, for surfaces that do not cross.
 bool one_holds_other(const SolidBody& first, const SolidBody& second, const Eigen::Isometry3d& pose);
 
@@ -41,10 +46,17 @@ struct Depth {
   Eigen::Vector3d place_mm = Eigen::Vector3d::Zero();
 };
 
-/// How deep a point of one body is inside the other: the deepest of the surfaces' within a factor of 2, unless `enough_mm` was
-/// found or it took too long. @param least_mm  whether there is a deeper one than this is of interest
-Depth depth_inside(const SolidBody& first, const SolidBody& second, const Eigen::Isometry3d& pose, double enough_mm,
-                   double least_mm);
+/// When the deepest point has been looked for long enough.
+struct DepthWanted {
+  double enough_mm = std::numeric_limits<double>::infinity();  ///< one so deep does
+  double least_mm = 0;                                         ///< whether there is a deeper one than this is of interest
+  double factor = 2;                                           ///< the deepest is not deeper than this times what was found
+  int points = 160;                                            ///< that are looked at, in either body
+};
+
+/// How deep a point of one body is inside the other: the deepest of the surfaces', to a factor, unless enough was found or it took
+/// too long.
+Depth depth_inside(const SolidBody& first, const SolidBody& second, const Eigen::Isometry3d& pose, const DepthWanted& wanted = {});
 
 /// A piece of the curve where the surfaces cross, with how its ends come about: a side of a triangle of one surface meets a
 /// triangle of the other.

@@ -116,6 +116,19 @@ Travel Travel::seen_from(const Motion& other, const Motion& motion, const Vector
   return seen;
 }
 
+std::vector<Vector3d> hull_of_way(const Motion& other, const Motion& motion, double from, double to) {
+  std::vector<double> times = times_of(other, motion);
+  std::erase_if(times, [&](double time) { return time <= from || time >= to; });
+  times.insert(times.begin(), from);
+  times.push_back(to);
+  std::vector<Vector3d> points;
+  for (std::size_t n = 0; n + 1 < times.size(); ++n) {
+    const Curve a = curve_of(other.translation, times[n], times[n + 1]), b = curve_of(motion.translation, times[n], times[n + 1]);
+    for (std::size_t c = 0; c < a.size(); ++c) points.push_back(b[c] - a[c]);
+  }
+  return points;
+}
+
 Travel::Travel(const Motion& motion, double reach_mm) : Travel() {
   Travel moved, turned;
   if (motion.translation.size() > 1) {

@@ -32,4 +32,7 @@ private:
   std::vector<double> times_, lengths_;
 };
 
+/// Points whose convex hull holds all places of a pivot less those of another one during a stretch of time.
+std::vector<Eigen::Vector3d> hull_of_way(const Motion& other, const Motion& motion, double from, double to);
+
 }  // namespace rayrep

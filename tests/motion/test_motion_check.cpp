@@ -41,6 +41,54 @@ TEST(MotionCheck, BoxesThatFlyByOverlapWhileTheirShadowsDo) {
   expect_overlap(intervals_of(scene, finely()), 0.4, 0.6);
 }
 
+TEST(MotionCheck, WorstIsTheDeepestMomentWhereContoursAreAsLong) {
+  const Mesh floor = box({-20, -20, -10}, {20, 20, 0}), foot = box({-5, -5, 0}, {5, 5, 10});
+  const auto dip = intervals_of(fly_by(floor, foot, moved_by({1, 3, 20}), moved_by({1, 3, -2})));
+  ASSERT_EQ(dip.size(), 1u);
+  EXPECT_NEAR(dip[0].worst_time, 1, 1e-3);
+  EXPECT_NEAR(dip[0].depth_mm, 2, 0.01);
+  EXPECT_NEAR(dip[0].contour_length_mm, 40, 1e-9);
+  // Through each other flush all around: there is no contour, and the end of one is 5 mm deep in the other halfway.
+  const auto flush = intervals_of(fly_by(cube(5), cube(5), moved_by({-30, 0, 0}), moved_by({30, 0, 0})));
+  ASSERT_EQ(flush.size(), 1u);
+  EXPECT_GT(flush[0].depth_mm, 4);
+  EXPECT_LE(flush[0].depth_mm, 5 + 1e-9);
+}
+
+TEST(MotionCheck, ShallowOverlapsAreFoundDownToWhatIsTouch) {
+  const Mesh floor = box({-20, -20, -10}, {20, 20, 0});
+  const Eigen::Affine3d turned(Eigen::AngleAxisd(0.3, Vector3d::UnitZ()));
+  for (const Mesh& foot : {box({-10, -10, 0}, {10, 10, 10}), transformed(box({-10, -10, 0}, {10, 10, 10}), turned),
+                           moved(icosphere(10, 4), {0, 0, 10})})
+    for (const double depth : {0.1, 0.01, 1e-3}) {
+      const auto found = intervals_of(fly_by(floor, foot, moved_by({-60, 3, -depth}), moved_by({60, 3, -depth})));
+      ASSERT_EQ(found.size(), 1u) << depth;
+      EXPECT_EQ(found[0].kind, Kind::overlap);
+      EXPECT_LE(found[0].depth_mm, depth * (1 + 1e-9));
+      EXPECT_GE(found[0].depth_mm, 0.95 * depth);
+    }
+}
+
+TEST(MotionCheck, TightSlidesTakeFewLooks) {
+  // A pin of 64 sides goes 30 mm down a bore of 72, askew in space.
+  const Mesh pin = cylinder(10, 40, 64);
+  const std::vector<Mesh> block_and_bore = {box({-20, -20, -5}, {20, 20, 35}), moved(cylinder(10.05, 60, 72), {0, 0, -10})};
+  const Mesh block = combined(block_and_bore, {.operation = BooleanOperation::subtract}).mesh;
+  const Eigen::Affine3d askew(Draw(3).rotation());
+  const Vector3d way = askew * Vector3d(0, 0, 30);
+  const Scene scene = fly_by(transformed(block, askew), transformed(pin, askew), moved_by(way), moved_by({0, 0, 0}));
+  MotionCheckOptions near;
+  near.clearance_mm = 0.03;
+  for (const MotionCheckOptions& options : {MotionCheckOptions{}, near}) {
+    const MotionReport report = MotionChecker().check(scene, options);
+    EXPECT_TRUE(report.pairs.at(0).intervals.empty());
+    EXPECT_LT(report.moments, 40u);
+  }
+  near.clearance_mm = 0.06;
+  const Scene resting = fly_by(transformed(block, askew), transformed(pin, askew), {}, {});
+  EXPECT_FALSE(MotionChecker().check(resting, near).free());
+}
+
 TEST(MotionCheck, SpheresThatFlyByOverlapWhileTheirCentresAreNear) {
   const Mesh sphere = icosphere(10, 5);
   const double half = std::sqrt(20.0 * 20 - 12 * 12) / 100;

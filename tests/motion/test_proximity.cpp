@@ -47,24 +47,59 @@ TEST(Proximity, DistancesAreThoseOfAllTriangles) {
   }
 }
 
+TEST(Proximity, WhatKeepsApartDoesSoWhereverItIsMoved) {
+  Draw draw(6);
+  int kept = 0;
+  for (int n = 0; n < 60; ++n) {
+    const SolidBody first = prepared(mesh_of(draw_boxes(draw))), second = prepared(mesh_of(draw_boxes(draw)));
+    const Isometry3d pose = Eigen::Translation3d(draw.vector(45)) * draw.rotation();
+    const std::vector<Vector3d> offsets = {draw.vector(15), draw.vector(15), draw.vector(15), Vector3d::Zero()};
+    const double gap = draw.number(0, 1);
+    if (!keeps_apart(first, second, pose, offsets, gap)) continue;
+    ++kept;
+    for (int k = 0; k < 40; ++k) {
+      Vector3d offset = Vector3d::Zero();
+      double left = 1;
+      for (const Vector3d& o : offsets) {
+        const double share = k < 4 ? (&o == &offsets[static_cast<std::size_t>(k)] ? 1 : 0) : draw.number(0, left);
+        offset += share * o;
+        left -= share;
+      }
+      const Isometry3d moved = Eigen::Translation3d(offset) * pose;
+      EXPECT_GT(nearness(first, second, moved, kInfinite, 1 + 1e-9).at_most_mm, gap);
+    }
+  }
+  EXPECT_GT(kept, 20);
+  EXPECT_LT(kept, 60);
+}
+
+TEST(Proximity, DepthIsFoundAsFineAsItIsWanted) {
+  const SolidBody floor = prepared(box({-50, -50, -20}, {50, 50, 0})), ball = prepared(icosphere(10, 4));
+  for (const double depth : {5.0, 1.0, 0.1, 0.01, 0.001}) {
+    const Depth found = depth_inside(floor, ball, place({1, 3, 10 - depth}), {.factor = 1.01, .points = 800});
+    EXPECT_LE(found.at_least_mm, depth * (1 + 1e-9));
+    EXPECT_GE(found.at_least_mm, 0.95 * depth);
+  }
+}
+
 TEST(Proximity, DepthOfAnEdgeThatDipsIn) {
   const SolidBody floor = prepared(box({-50, -50, -20}, {50, 50, 0})), bar = prepared(box({-1, -30, -1}, {1, 30, 1}));
   const Eigen::Quaterniond tilt(Eigen::AngleAxisd(kPi / 4, Vector3d::UnitY()));
   for (const double depth : {5.0, 1.0, 0.1, 1e-3}) {
     const Isometry3d pose = Eigen::Translation3d(0, 0, std::sqrt(2.0) - depth) * tilt;
-    const Depth found = depth_inside(floor, bar, pose, kInfinite, 1e-5);
+    const Depth found = depth_inside(floor, bar, pose, {.least_mm = 1e-5});
     EXPECT_LE(found.at_least_mm, depth * (1 + 1e-9));
     EXPECT_GE(found.at_least_mm, depth / 4) << depth;
     EXPECT_LE(found.place_mm.z(), 0);
   }
-  EXPECT_LT(depth_inside(floor, bar, place({0, 0, 1}), kInfinite, 1e-5).at_least_mm, 1e-9) << "it lies on it";
+  EXPECT_LT(depth_inside(floor, bar, place({0, 0, 1}), {.least_mm = 1e-5}).at_least_mm, 1e-9) << "it lies on it";
 }
 
 TEST(Proximity, DepthOfAnEdgeWhoseEndIsFlushWithAFace) {
   // The bar ends where the post does, so that its edges cross the post's surface once.
   const SolidBody post = prepared(box({-50, -6, -40}, {-40, 6, 0})), bar = prepared(box({-50, -1, -1}, {50, 1, 1}));
   for (const double depth : {0.5, 0.02}) {
-    const Depth found = depth_inside(post, bar, place({0, 0, 1 - depth}), 1, 1e-3);
+    const Depth found = depth_inside(post, bar, place({0, 0, 1 - depth}), {1, 1e-3});
     EXPECT_LE(found.at_least_mm, depth * (1 + 1e-9));
     EXPECT_GE(found.at_least_mm, depth / 4);
   }

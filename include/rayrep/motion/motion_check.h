@@ -27,7 +27,7 @@ struct CollisionInterval {
   double within = 0;  ///< of either end, at most: they are clear of each other before from - within and after to + within
 
   // Where and how badly; known once MotionReport::stage says so, of overlaps and contacts.
-  double worst_time = 0;                                   ///< when the contour is longest, or without one it is deepest
+  double worst_time = 0;                                   ///< when the contour is longest, of such moments the deepest
   Eigen::AlignedBox3d worst_box_mm;                        ///< then, around the contour or the deepest place; in the scene
   std::vector<std::array<Eigen::Vector3d, 2>> contour_mm;  ///< pieces of the curve in which the surfaces then cross, in the scene
   double contour_length_mm = 0;
