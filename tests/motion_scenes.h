@@ -120,13 +120,20 @@ struct SampledScene {
   std::string wrong;
 };
 
-inline SampledScene sample_scene(unsigned seed, int samples, double tolerance) {
+/// How both bodies of such a scene turn.
+enum class Turning { freely, alike, never };
+
+inline SampledScene sample_scene(unsigned seed, int samples, double tolerance, Turning turning = Turning::freely) {
   Draw draw(seed);
   const Boxes a = draw_boxes(draw), b = draw_boxes(draw);
   Scene scene;
   scene.parts = {scene_part("a", mesh_of(a)), scene_part("b", mesh_of(b))};
   scene.parts[1].pivot_mm = draw.vector(5);
   scene.transitions = {{"way", 0, 0, {draw_motion(draw), draw_motion(draw)}}};
+  for (Motion& motion : scene.transitions[0].motions) {
+    if (turning == Turning::never) motion.rotation.resize(1);
+    if (turning == Turning::alike) motion.rotation = scene.transitions[0].motions[0].rotation;
+  }
   MotionCheckOptions options;
   options.tolerance = tolerance;
   const std::vector<CollisionInterval> intervals = MotionChecker().check(scene, options).pairs.at(0).intervals;
