@@ -60,6 +60,7 @@ void measure(const Mesh& solid, const Spec& spec, Record& r) {
   r.seconds = spread({now_s() - begin});
   Mesh cavity = result.delivery.parts.front().mesh;
   cavity.triangles.erase(cavity.triangles.begin(), cavity.triangles.begin() + static_cast<std::ptrdiff_t>(solid.triangles.size()));
+  const std::size_t crossing_as_delivered = crossing_triangles(cavity).size();
   cavity = transformed(cavity, result.to_working);
   const SurfaceQuery surface(transformed(solid, result.to_working));
   const double wall_mm = std::visit([](const auto& s) { return s.print.wall_mm; }, spec);
@@ -69,8 +70,7 @@ void measure(const Mesh& solid, const Spec& spec, Record& r) {
   r.more["passes"] = result.passes;
   r.more["as built"] = result.as_built_error;
   r.more["wall"] = smallest_gap(cavity, surface) / wall_mm;
-  r.more["crossing"] = static_cast<double>(crossing_triangles(result.delivery.parts.front().mesh).size()) -
-                       static_cast<double>(crossing_triangles(solid).size());
+  r.more["crossing"] = static_cast<double>(crossing_as_delivered);
   const Quadric f{quadric_hessian(result.q), result.q.segment<3>(MX), result.q[M1]};
   const std::vector<double> distances = crease_distances(cavity, surface, wall_mm, f);
   if (distances.empty()) return;

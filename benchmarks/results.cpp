@@ -432,9 +432,7 @@ private:
     out_.line(
         "Distances of the corners of creases from the exact curve at which the offset surface meets q.phi = 0, in mm; smallest "
         "wall over");
-    out_.line(
-        "the one that is set, at any point of any triangle; triangles that cross others, but for those of the outside alone. "
-        "Meshes that");
+    out_.line("the one that is set, at any point of any triangle; triangles of the cavity that cross others. Meshes that");
     out_.line("are not closed are left out.");
     out_.header({"shape", "goal", "N", "seconds", "outside", "cavity", "ratio", "growth", "passes", "as built", "crease rms", "p99",
                  "max", "wall", "crossing"});
