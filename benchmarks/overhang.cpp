@@ -10,7 +10,6 @@
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/judge/verify.h"
 #include "rayrep/make/hollow.h"
-#include "rayrep/mesh/mesh_check.h"
 
 namespace rayrep::bench {
 namespace {
@@ -60,14 +59,6 @@ Spec spec_of(const std::string& goal, const Vector3d& direction) {
   return spec;
 }
 
-Mesh cavities_in(const Mesh& delivered) {
-  const Mesh mesh = with_merged_vertices(delivered);
-  Mesh cavities;
-  for (const Mesh& shell : split(mesh, connected_components(mesh)))
-    if (mesh_moments(shell)[M1] < 0) append(cavities, shell);
-  return cavities;
-}
-
 void take_price(const HollowResult& result, Record& r) {
   for (const Figure& figure : result.proof_figures)
     if (figure.name == "self_supporting")
@@ -89,7 +80,7 @@ void measure(const Mesh& solid, const Spec& spec, Record& r) {
   verify_detail::PrintedUp print{.direction = print_of(result.spec).direction.value_or(up_of(result.spec)),
                                  .angle_rad = (kAngle_deg - 2) * kDegree};
   print.bed_mm = verify_detail::lowest_along(body, print.direction.normalized());
-  const verify_detail::Overhang found = verify_detail::overhang(cavities_in(body), print);
+  const verify_detail::Overhang found = verify_detail::overhang(verify_detail::cavities_of(body), print);
   r.more["roof share"] = found.roof_share;
   r.more["islands"] = static_cast<double>(found.islands);
   r.more["bridge_mm"] = found.bridge_mm;

@@ -1,6 +1,7 @@
 #include "judge/figures.h"
 
 #include <iterator>
+#include <numbers>
 
 #include "base/text.h"
 
@@ -45,6 +46,8 @@ void put_first(Figures first, Figures& figures) {
   first.insert(first.end(), std::make_move_iterator(figures.begin()), std::make_move_iterator(figures.end()));
   figures = std::move(first);
 }
+
+std::string degrees(double rad, int digits) { return number(rad * 180 / std::numbers::pi, digits) + " degrees"; }
 
 std::string place_words(const Eigen::Vector3d& p) {
   return "(" + number(p.x(), 3) + ", " + number(p.y(), 3) + ", " + number(p.z(), 3) + ") mm";

@@ -4,9 +4,11 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "rayrep/base/figure.h"
+#include "rayrep/judge/verify.h"
 #include "rayrep/physics/moments.h"
 #include "rayrep/physics/spec.h"
 
@@ -26,6 +28,17 @@ void add_print(const Print& print, Figures& wanted);
 
 /// In front of those that are there: of a body before it was hollowed come as many.
 void put_first(Figures first, Figures& figures);
+
+/// What a verdict was held to, of that type; null: it was not.
+template <typename T>
+const T* wanted_of(const Verdict& verdict, const std::string& name) {
+  for (const Figure& figure : verdict.wanted)
+    if (figure.name == name) return std::get_if<T>(&figure.value);
+  return nullptr;
+}
+
+/// "12.3 degrees"
+std::string degrees(double rad, int digits);
 
 /// "(1.000, 2.000, 3.000) mm"
 std::string place_words(const Eigen::Vector3d& p);

@@ -13,14 +13,6 @@ namespace {
 
 using namespace verify_detail;
 
-Mesh cavities_of(const Mesh& delivered) {
-  const Mesh mesh = merged_mesh(delivered);
-  Mesh cavities;
-  for (const Mesh& shell : split(mesh, connected_components(mesh)))
-    if (mesh_moments(shell)[M1] < 0) append(cavities, shell);
-  return cavities;
-}
-
 /// How deep the vertices lie where the winding number of the surface has that sign, at most; 0: none does.
 double depth_mm(const Mesh& mesh, const SurfaceQuery& surface, int sign) {
   std::vector<LineHit> hits;

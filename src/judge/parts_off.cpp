@@ -7,6 +7,7 @@
 
 #include "base/rotation.h"
 #include "base/text.h"
+#include "judge/figures.h"
 #include "rayrep/physics/hydrostatics.h"
 
 namespace rayrep::verify_detail {
@@ -15,8 +16,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kDirections = 64;  // around the upright: the worst of them is within 1 - cos(pi / 64) = 0.12 % of the worst of all
-
-std::string degrees(double rad, int digits) { return number(rad * 180 / std::numbers::pi, digits) + " degrees"; }
 
 double off_of(const PlacedPart& part, const Limits& limits) { return part.printed ? limits.too_heavy[0] : 0; }
 
@@ -143,12 +142,6 @@ std::string weights(const std::vector<PlacedPart>& parts) {
   return " Weigh the parts: " + all + " are wanted.";
 }
 
-bool is_submerged_in(const Verdict& pose) {
-  return std::any_of(pose.wanted.begin(), pose.wanted.end(), [](const Figure& figure) {
-    return figure.name == "submerged" && std::get_if<bool>(&figure.value) && std::get<bool>(figure.value);
-  });
-}
-
 }  // namespace
 
 Largest largest_fraction(const std::vector<Share>& shares) {
@@ -176,7 +169,8 @@ Largest largest_fraction(const std::vector<Share>& shares) {
 }
 
 void judge_parts_off(const PlacedState& placed, PoseVerdict& verdict) {
-  if (placed.parts.size() < 2 || !verdict.pass() || is_submerged_in(verdict.poses.front())) return;
+  if (placed.parts.size() < 2 || !verdict.pass()) return;
+  if (const bool* submerged = wanted_of<bool>(verdict.poses.front(), "submerged"); submerged && *submerged) return;
   const Told told = told_of(placed, verdict.spec);
   const double off = placed.limits.too_heavy[0];
   const std::string heavier = names(placed.parts, told.worst.e, 1), lighter = names(placed.parts, told.worst.e, -1);

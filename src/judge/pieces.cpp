@@ -8,6 +8,7 @@
 
 #include "base/text.h"
 #include "judge/verify_detail.h"
+#include "mesh/reach.h"
 #include "mesh/shells.h"
 #include "mesh/surface_gap.h"
 #include "rayrep/mesh/assembly.h"
@@ -146,9 +147,7 @@ const SpinSpec* with_axle(const Spec& spec) {
 AxleFit axle_of(const SpinSpec& spec, const Mesh& body) {
   const Eigen::AlignedBox3d box = bounding_box(body);
   const Eigen::Vector3d centre = spec.centre_mm.value_or(box.center());
-  double reach = 1;
-  for (const Eigen::Vector3d& v : body.vertices) reach = std::max(reach, (v - centre).norm());
-  return fit(spec.axle, centre, spec.up.normalized(), 2 * reach);
+  return fit(spec.axle, centre, spec.up.normalized(), 2 * std::max(1.0, reach_mm(body, centre)));
 }
 
 /// "piece 1: 12.3 g, 40 x 30 x 20 mm"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -15,8 +14,6 @@ namespace {
 using End = RightingCurve::End;
 
 const char* name_of(End end) { return end == End::turns_over ? "turns over" : end == End::takes_water ? "takes water" : "never"; }
-
-std::string degrees(double rad, int digits) { return number(rad * 180 / std::numbers::pi, digits) + " degrees"; }
 
 /// The side of the body that faces a direction: "-y", or "(0.71, 0.71, 0.00)".
 std::string side_words(const Eigen::Vector3d& direction) {

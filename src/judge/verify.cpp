@@ -266,8 +266,6 @@ Figures figures_of(const FloatState& state, const FloatSpec& spec) {
   return figures;
 }
 
-std::string degrees(double rad) { return number(rad * 180 / std::numbers::pi, 2) + " degrees"; }
-
 // For JSON.
 std::vector<Record> records(const std::vector<HeavierFloat>& heavier) {
   std::vector<Record> all;
@@ -289,7 +287,7 @@ std::string heavier_words(const HeavierFloat& heavier, const FloatVerdict& verdi
   return "it floats " +
          (at_its_waterline ? number(waterline_mm - *verdict.spec.waterline_mm, 2) + " mm deeper"
                            : number(waterline_mm, 2) + " mm deep") +
-         " and rests " + degrees(heavier.settled_tilt_rad) + " off upright";
+         " and rests " + degrees(heavier.settled_tilt_rad, 2) + " off upright";
 }
 
 // First of all, what it does.
@@ -303,14 +301,14 @@ void say(FloatVerdict& verdict, const Limits& limits) {
   else if (state.settles != FloatingRest::Outcome::rests)
     text = std::string("It ") + words_of(state.settles) + ".";
   else if (!rests_upright(state, limits))
-    text = "It does not stay upright: it comes to rest " + degrees(state.settled_tilt_rad) + " off upright.";
+    text = "It does not stay upright: it comes to rest " + degrees(state.settled_tilt_rad, 2) + " off upright.";
   else if (!(state.mass_error <= limits.mass_error))
     text = "It floats upright, but not at this waterline: there it would have to weigh " + number(state.displaced_mass_g, 2) +
            " g, and it weighs " + number(state.body.mass_g, 2) + " g.";
   else
     text = upright + ", and rights itself " + righting_words(*state.righting);
   if (state.flooding_heel_rad)
-    text += " Water comes in over its rim when it is tilted by " + degrees(*state.flooding_heel_rad) + ".";
+    text += " Water comes in over its rim when it is tilted by " + degrees(*state.flooding_heel_rad, 2) + ".";
 }
 
 // The same of a submerged body, and what a little too much or too little comes to.
@@ -324,7 +322,7 @@ void say_submerged(FloatVerdict& verdict, const Limits& limits) {
   else if (!(state.metacentric_height_mm > 0))
     text = "It neither sinks nor rises, but its centre of mass lies above its centre of buoyancy: it hangs upside down.";
   else if (!rests_upright(state, limits))
-    text = "It neither sinks nor rises, but hangs " + degrees(state.settled_tilt_rad) + " off upright.";
+    text = "It neither sinks nor rises, but hangs " + degrees(state.settled_tilt_rad, 2) + " off upright.";
   else
     text = "It hovers upright at any depth and rights itself from any heel. Its centre of mass hangs " +
            number(state.metacentric_height_mm, 2) +

@@ -242,6 +242,14 @@ Mesh merged_mesh(const Mesh& mesh) {
   return merged;
 }
 
+Mesh cavities_of(const Mesh& delivered) {
+  const Mesh mesh = merged_mesh(delivered);
+  Mesh cavities;
+  for (const Mesh& shell : split(mesh, connected_components(mesh)))
+    if (mesh_moments(shell)[M1] < 0) append(cavities, shell);
+  return cavities;
+}
+
 std::size_t unbalanced_edges(const Mesh& mesh) {
   const VertexCorners at(mesh);
   return tbb::parallel_reduce(

@@ -21,6 +21,9 @@ Criterion at_least(std::string name, std::string description, double value, doub
 /// @throws Error{input} when it has no triangles, or coordinates that are not finite
 Mesh merged_mesh(const Mesh& mesh);
 
+/// The shells of a mesh that face inward. @throws Error{input}: see merged_mesh
+Mesh cavities_of(const Mesh& delivered);
+
 /// Edges of a mesh with merged vertices that are not run equally often both ways.
 std::size_t unbalanced_edges(const Mesh& mesh);
 

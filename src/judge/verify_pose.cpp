@@ -16,8 +16,6 @@ namespace {
 
 using namespace verify_detail;
 
-std::string degrees(double rad) { return number(rad * 180 / std::numbers::pi, 2) + " degrees"; }
-
 StandSpec as_stand(const PoseSpec& spec, const Pose& pose) {
   StandSpec stand;
   stand.print = spec.print;
@@ -53,13 +51,13 @@ Verdict judge_hanging(const PrintInHull& print, const PoseSpec& spec, const Pose
       {.name = "hangs_at_rad", .words = "hangs at a tilt of", .unit = Unit::rad, .value = state.tilt_rad}};
   verdict.criteria = {at_most("hangs", "tilt at which it hangs, rad", state.tilt_rad, limits.settled_tilt_rad)};
   if (!verdict.criteria.front().pass()) {
-    verdict.meaning = {"It does not hang upright: it comes to hang " + degrees(state.tilt_rad) + " off."};
+    verdict.meaning = {"It does not hang upright: it comes to hang " + degrees(state.tilt_rad, 2) + " off."};
     return verdict;
   }
   const double scatter_mm = print_scatter_mm(print.diagonal_mm);
   verdict.meaning = {"It hangs upright, its centre of mass " + number(state.below_mm, 2) + " mm below the point; with that " +
                      scatter_words(scatter_mm) + " off, as prints scatter, it hangs " +
-                     degrees(std::atan2(scatter_mm, state.below_mm)) + " off upright."};
+                     degrees(std::atan2(scatter_mm, state.below_mm), 2) + " off upright."};
   return verdict;
 }
 
@@ -74,8 +72,8 @@ Verdict judge_righting(const PrintInHull& print, const PoseSpec& spec, const Pos
   verdict.criteria = {at_most("righted", "largest tilt at rest, let go all around, rad",
                               state.rests ? state.tilt_rad : std::numeric_limits<double>::quiet_NaN(), limits.righted_tilt_rad)};
   verdict.meaning = {verdict.criteria.front().pass()
-                         ? "It rights itself from wherever it is let go, to within " + degrees(state.tilt_rad) + "."
-                     : state.rests ? "It does not right itself: it also rests " + degrees(state.tilt_rad) + " off, with " +
+                         ? "It rights itself from wherever it is let go, to within " + degrees(state.tilt_rad, 2) + "."
+                     : state.rests ? "It does not right itself: it also rests " + degrees(state.tilt_rad, 2) + " off, with " +
                                          shown(state.up) + " up."
                                    : "It does not come to rest."};
   return verdict;
@@ -151,14 +149,6 @@ const char* name_of(Pose::Kind kind) {
       break;
   }
   return "rights itself";
-}
-
-/// What a verdict was held to, of that type; null: it was not.
-template <typename T>
-const T* wanted_of(const Verdict& verdict, const char* name) {
-  for (const Figure& figure : verdict.wanted)
-    if (figure.name == name) return std::get_if<T>(&figure.value);
-  return nullptr;
 }
 
 void add_point(const Eigen::Vector3d& point_mm, Record& record) {

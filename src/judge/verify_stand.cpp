@@ -1,7 +1,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 
 #include "base/text.h"
@@ -56,8 +55,6 @@ Figures figures_of(const StandState& state, const StandSpec& spec) {
   return figures;
 }
 
-std::string degrees(double rad) { return number(rad * 180 / std::numbers::pi, 1) + " degrees"; }
-
 /// What it does, and what the print's scatter changes. More plastic, the same everywhere, changes nothing but its mass.
 void say(StandVerdict& verdict, double diagonal_mm) {
   const StandState& state = verdict.state;
@@ -70,11 +67,11 @@ void say(StandVerdict& verdict, double diagonal_mm) {
     return;
   }
   verdict.meaning.push_back("It stands, and tips over where the ground slopes by more than " +
-                            degrees(state.smallest_tipping_angle_rad) + " towards the nearest edge of its foot.");
+                            degrees(state.smallest_tipping_angle_rad, 1) + " towards the nearest edge of its foot.");
   const std::string off =
       "With its centre of mass " + scatter_words(verdict.scatter_mm) + " nearer to the edge, as prints scatter, ";
   if (verdict.scattered_tipping_angle_rad > 0)
-    verdict.meaning.push_back(off + "it tips over at " + degrees(verdict.scattered_tipping_angle_rad) + ".");
+    verdict.meaning.push_back(off + "it tips over at " + degrees(verdict.scattered_tipping_angle_rad, 1) + ".");
   else
     verdict.notes.push_back(off + "it tips over by itself: it stands on the computer only.");
 }

@@ -12,7 +12,7 @@
 #include "base/text.h"
 #include "make/fixed.h"
 #include "make/plan.h"
-#include "make/revolved.h"
+#include "mesh/revolved.h"
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/mesh_check.h"
 

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <queue>
 
-#include "make/revolved.h"
+#include "mesh/revolved.h"
 #include "rays/positive_part.h"
 
 namespace rayrep::detail {

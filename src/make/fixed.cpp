@@ -4,7 +4,7 @@
 #include <string>
 
 #include "base/text.h"
-#include "make/revolved.h"
+#include "mesh/revolved.h"
 #include "mesh/surface_gap.h"
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/mesh_check.h"

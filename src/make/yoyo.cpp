@@ -5,6 +5,7 @@
 
 #include "base/text.h"
 #include "make/pieces.h"
+#include "mesh/reach.h"
 #include "mesh/surface_gap.h"
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/assembly.h"
@@ -19,12 +20,6 @@ namespace rayrep::detail {
 namespace {
 
 constexpr const char* kInOnePiece = " --axle none makes it in one piece.";
-
-double reach_mm(const Mesh& mesh, const Eigen::Vector3d& centre) {
-  double reach = 1;
-  for (const Eigen::Vector3d& v : mesh.vertices) reach = std::max(reach, (v - centre).norm());
-  return 2 * reach;
-}
 
 AxleFit fitted(const SpinSpec& spec, double reach) { return fit(spec.axle, *spec.centre_mm, spec.up.normalized(), reach); }
 
@@ -86,7 +81,7 @@ private:
 }  // namespace
 
 Mesh outside_of_halves(const Mesh& outer, const SpinSpec& spec, const Progress& progress) {
-  const AxleFit axle = fitted(spec, reach_mm(outer, *spec.centre_mm));
+  const AxleFit axle = fitted(spec, 2 * std::max(1.0, reach_mm(outer, *spec.centre_mm)));
   require_room(boundary_of_union(outer, progress), axle, spec, progress);
   std::vector<Mesh> operands = {outer};
   operands.insert(operands.end(), axle.taken.begin(), axle.taken.end());

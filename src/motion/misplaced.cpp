@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "base/text.h"
+#include "mesh/reach.h"
 #include "motion/travel.h"
 #include "rayrep/motion/motion_check.h"
 #include "rayrep/motion/scene.h"
@@ -53,9 +54,7 @@ std::pair<double, Vector3d> furthest_out(const Mesh& mesh, const Eigen::Isometry
 /// Follows a part through a transition, with steps in which it cannot leave the room; where it touches that, of 1/1000.
 std::optional<SceneProblem> leaving(const Scene& scene, const Transition& transition, std::size_t part) {
   const ScenePart& p = scene.parts[part];
-  double reach = 0;
-  for (const Vector3d& v : p.mesh->vertices) reach = std::max(reach, (v - p.pivot_mm).norm());
-  const Travel travel(transition.motions[part], reach);
+  const Travel travel(transition.motions[part], reach_mm(*p.mesh, p.pivot_mm));
   const double allowed = 1e-5 * scene.room->diagonal().norm();
   for (double time = 0;;) {
     const auto [out, place] = furthest_out(*p.mesh, transition.motions[part].at(time).about(p.pivot_mm), *scene.room);

@@ -38,6 +38,10 @@ Json material(std::size_t number) {
 Json json_of(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 Json json_of(const Quaterniond& q) { return {q.x(), q.y(), q.z(), q.w()}; }
 
+void append_word(std::uint32_t word, std::string& bytes) {
+  for (int k = 0; k < 4; ++k) bytes += static_cast<char>(word >> (8 * k) & 255);
+}
+
 // The kinds of data in the file, each in a view of its own.
 enum View : std::size_t { kIndices, kPositions, kKeys, kViews };
 
@@ -113,9 +117,7 @@ private:
                 {"type", type}});
   }
 
-  void put(View view, std::uint32_t word) {
-    for (int k = 0; k < 4; ++k) bytes_[view] += static_cast<char>(word >> (8 * k) & 255);
-  }
+  void put(View view, std::uint32_t word) { append_word(word, bytes_[view]); }
 
   std::array<std::string, kViews> bytes_;
   Json accessors_ = Json::array();
@@ -254,9 +256,7 @@ private:
   static std::string in_chunks(std::string json, const std::string& bytes) {
     json.resize((json.size() + 3) / 4 * 4, ' ');
     std::string glb;
-    const auto word = [&glb](std::size_t value) {
-      for (int k = 0; k < 4; ++k) glb += static_cast<char>(value >> (8 * k) & 255);
-    };
+    const auto word = [&glb](std::size_t value) { append_word(static_cast<std::uint32_t>(value), glb); };
     const std::size_t whole = 12 + 8 + json.size() + 8 + bytes.size();
     if (whole > std::numeric_limits<std::uint32_t>::max())
       throw Error(ErrorCode::write, "The scene takes more than the 4 GB that a .glb file can hold: use coarser meshes.");

@@ -1,9 +1,10 @@
 #include "motion/solid_body.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <utility>
+
+#include "mesh/reach.h"
 
 namespace rayrep {
 namespace {
@@ -57,11 +58,7 @@ void SolidBody::prepare() {
   tree_.emplace(boxes_of(*mesh_));
 }
 
-double SolidBody::reach_mm(const Vector3d& pivot_mm) const {
-  double reach = 0;
-  for (const Vector3d& v : mesh_->vertices) reach = std::max(reach, (v - pivot_mm).squaredNorm());
-  return std::sqrt(reach);
-}
+double SolidBody::reach_mm(const Vector3d& pivot_mm) const { return rayrep::reach_mm(*mesh_, pivot_mm); }
 
 bool SolidBody::contains(const Vector3d& p) const {
   if (!box_.contains(p)) return false;

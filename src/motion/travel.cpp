@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
+
+#include "motion/keys.h"
 
 namespace rayrep {
 namespace {
@@ -41,38 +42,30 @@ Curve restricted(const Curve& curve, double from, double to) {
   return {blossom(from, from, from), blossom(from, from, to), blossom(from, to, to), blossom(to, to, to)};
 }
 
-/// Of a list of keys the stretch in which a time is that is none of theirs; none where it is a rest.
-template <typename Key>
-std::optional<std::size_t> stretch_at(const std::vector<Key>& keys, double time) {
-  if (keys.size() < 2) return std::nullopt;
-  const auto after = std::upper_bound(keys.begin() + 1, keys.end() - 1, time, [](double t, const Key& k) { return t < k.time; });
-  return static_cast<std::size_t>(after - keys.begin()) - 1;
-}
-
 /// The way of a body during a stretch of time without keys in it.
 Curve curve_of(const std::vector<TranslationKey>& keys, double from, double to) {
-  const auto n = stretch_at(keys, (from + to) / 2);
-  if (!n) {
+  if (keys.size() < 2) {
     const Vector3d at = keys.empty() ? Vector3d::Zero() : keys.front().at_mm;
     return {at, at, at, at};
   }
-  const TranslationKey& a = keys[*n];
-  const TranslationKey& b = keys[*n + 1];
+  const std::size_t n = piece_at(keys, (from + to) / 2).first;
+  const TranslationKey& a = keys[n];
+  const TranslationKey& b = keys[n + 1];
   const double length = b.time - a.time;
   return restricted({a.at_mm, a.out_mm, b.in_mm, b.at_mm}, (from - a.time) / length, (to - a.time) / length);
 }
 
 /// Of a body during a stretch of time without keys in it, per unit of time.
 Vector3d angular_velocity(const std::vector<RotationKey>& keys, double from, double to) {
-  const auto n = stretch_at(keys, (from + to) / 2);
-  if (!n) return Vector3d::Zero();
-  const Eigen::Quaterniond turn = keys[*n + 1].rotation * keys[*n].rotation.conjugate();
+  if (keys.size() < 2) return Vector3d::Zero();
+  const std::size_t n = piece_at(keys, (from + to) / 2).first;
+  const Eigen::Quaterniond turn = keys[n + 1].rotation * keys[n].rotation.conjugate();
   // The way that slerp goes, of two that are as long, too.
-  const double sign = keys[*n].rotation.dot(keys[*n + 1].rotation) < 0 ? -1 : 1;
+  const double sign = keys[n].rotation.dot(keys[n + 1].rotation) < 0 ? -1 : 1;
   const double sine = turn.vec().norm();
   if (!(sine > 0)) return Vector3d::Zero();
   const double angle = 2 * std::atan2(sine, std::max(sign * turn.w(), 0.0));
-  return sign * angle / (keys[*n + 1].time - keys[*n].time) / sine * turn.vec();
+  return sign * angle / (keys[n + 1].time - keys[n].time) / sine * turn.vec();
 }
 
 /// Largest length of w' - angular velocity x w, on a stretch of time: a control point of that cubic.

@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "base/text.h"
+#include "mesh/reach.h"
+#include "mesh/revolved.h"
 #include "motion/urdf_file.h"
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
@@ -48,38 +50,18 @@ Mesh box_mesh(const Vector3d& size) {
   return mesh;
 }
 
-/// A body of revolution about z from its lowest to its highest point.
-Mesh turned_mesh(const std::vector<std::pair<double, double>>& radius_and_height, int sides) {
-  Mesh mesh;
-  const auto rings = static_cast<int>(radius_and_height.size());
-  for (const auto& [radius, height] : radius_and_height)
-    for (int k = 0; k < sides; ++k) {
-      const double angle = 2 * kPi * k / sides;
-      mesh.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), height);
-    }
-  const int bottom = rings * sides, top = bottom + 1;
-  mesh.vertices.emplace_back(0, 0, radius_and_height.front().second);
-  mesh.vertices.emplace_back(0, 0, radius_and_height.back().second);
-  for (int k = 0; k < sides; ++k) {
-    const int next = (k + 1) % sides;
-    mesh.triangles.emplace_back(bottom, next, k);
-    mesh.triangles.emplace_back(top, (rings - 1) * sides + k, (rings - 1) * sides + next);
-    for (int r = 0; r + 1 < rings; ++r) {
-      mesh.triangles.emplace_back(r * sides + k, r * sides + next, (r + 1) * sides + next);
-      mesh.triangles.emplace_back(r * sides + k, (r + 1) * sides + next, (r + 1) * sides + k);
-    }
-  }
-  return mesh;
+/// About z.
+Mesh cylinder_mesh(double radius, double length) {
+  return detail::revolved({{0, -length / 2}, {radius, -length / 2}, {radius, length / 2}, {0, length / 2}}, sides_of(radius));
 }
 
 Mesh sphere_mesh(double radius) {
   const int sides = sides_of(radius), rings = sides / 2;
-  std::vector<std::pair<double, double>> profile;
-  for (int r = 0; r < rings; ++r) {
-    const double angle = kPi * (r + 0.5) / rings;
-    profile.emplace_back(radius * std::sin(angle), -radius * std::cos(angle));
-  }
-  return turned_mesh(profile, sides);
+  const auto height_of = [&](int ring) { return -radius * std::cos(kPi * (ring + 0.5) / rings); };
+  std::vector<Eigen::Vector2d> profile = {{0, height_of(0)}};
+  for (int r = 0; r < rings; ++r) profile.emplace_back(radius * std::sin(kPi * (r + 0.5) / rings), height_of(r));
+  profile.emplace_back(0, height_of(rings - 1));
+  return detail::revolved(profile, sides);
 }
 
 Mesh scaled(Mesh mesh, const Vector3d& scale) {
@@ -121,8 +103,7 @@ private:
         return box_mesh(shape.size);
       case RobotShape::Kind::cylinder:
         below_round_mm_ = std::max(below_round_mm_, below_round(shape.radius_mm));
-        return turned_mesh({{shape.radius_mm, -shape.length_mm / 2}, {shape.radius_mm, shape.length_mm / 2}},
-                           sides_of(shape.radius_mm));
+        return cylinder_mesh(shape.radius_mm, shape.length_mm);
       case RobotShape::Kind::sphere:
         // Flat across both ways.
         below_round_mm_ = std::max(below_round_mm_, 2 * below_round(shape.radius_mm));
@@ -500,9 +481,7 @@ private:
     for (std::size_t p = 0; p < scene().parts.size(); ++p) {
       const ScenePart& part = scene().parts[p];
       const Screws screws = screws_of(p, j, value);
-      double reach = 0;
-      for (const Vector3d& v : part.mesh->vertices) reach = std::max(reach, (v - part.pivot_mm).squaredNorm());
-      const KeyCount keys(screws, part.pivot_mm, std::sqrt(reach));
+      const KeyCount keys(screws, part.pivot_mm, reach_mm(*part.mesh, part.pivot_mm));
       deviation_mm_ = std::max(deviation_mm_, keys.deviation_mm());
       way.motions.push_back(motion_of(screws, part.pivot_mm, keys));
       state.poses.push_back(way.motions.back().at(1));

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "judge/overhang.h"
-#include "make/revolved.h"
+#include "mesh/revolved.h"
 #include "rayrep/judge/kept_solid.h"
 #include "rayrep/judge/verify.h"
 #include "rayrep/mesh/boolean.h"

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "judge/overhang.h"
+#include "judge/verify_detail.h"
 #include "make/carriers.h"
 #include "rayrep/judge/verify.h"
 #include "rayrep/make/hollow.h"
@@ -17,19 +18,11 @@ using verify_detail::Overhang;
 
 constexpr double kDegree = kPi / 180;
 
-Mesh cavities_in(const Mesh& delivered) {
-  const Mesh mesh = with_merged_vertices(delivered);
-  Mesh cavities;
-  for (const Mesh& shell : split(mesh, connected_components(mesh)))
-    if (mesh_moments(shell)[M1] < 0) append(cavities, shell);
-  return cavities;
-}
-
 Overhang overhang_of(const Mesh& delivered, const Eigen::Vector3d& direction, double angle_deg) {
   verify_detail::PrintedUp print;
   print.direction = direction;
   print.angle_rad = angle_deg * kDegree;
-  return verify_detail::overhang(cavities_in(delivered), print);
+  return verify_detail::overhang(verify_detail::cavities_of(delivered), print);
 }
 
 HollowOptions quick() {
@@ -176,7 +169,7 @@ TEST(KeptSolid, IsCountedProvenAndLeftAlone) {
   EXPECT_LT(std::abs(*kept.duality_gap), 1e-6);
   EXPECT_GT(kept.solve.objective, free.solve.objective);
   const SurfaceQuery region(options.keep_solid[0]);
-  for (const Eigen::Vector3d& v : cavities_in(kept.delivery.body()).vertices)
+  for (const Eigen::Vector3d& v : verify_detail::cavities_of(kept.delivery.body()).vertices)
     ASSERT_GT(region.closest(v, 100).distance_mm, 0.98 * spec.print.wall_mm);
   options.keep_solid = {flipped(options.keep_solid[0])};
   EXPECT_TRUE(mentions(message_of([&] { hollow(solid, spec, options); }, ErrorCode::usage), {"--keep-solid"}));

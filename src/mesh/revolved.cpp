@@ -1,4 +1,4 @@
-#include "make/revolved.h"
+#include "mesh/revolved.h"
 
 #include <cmath>
 #include <numbers>
