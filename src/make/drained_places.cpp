@@ -134,9 +134,11 @@ void DrainPlaces::add_bound(const FloatSpec& spec) {
   if (is_submerged(spec) || !spec.waterline_mm)
     throw Error(ErrorCode::goal, "A body that is wholly under water is flooded through any hole: plug them (--plug).");
   const Eigen::Vector3d up = spec.up.normalized();
-  bounds_.push_back({up, lowest_along(up) + *spec.waterline_mm + kFreeboard * body_.height_mm, std::tan(kHeel_rad),
-                     bounding_box(body_.outer).center(),
-                     "above the waterline, by 3 % of the height and so that it takes no water when it heels by 10 degrees"});
+  bounds_.push_back(
+      {up, lowest_along(up) + *spec.waterline_mm + kFreeboard * body_.height_mm, std::tan(kHeel_rad),
+       bounding_box(body_.outer).center(),
+       "above the waterline, by 3 % of the height and so that it takes no water when it heels by 10 degrees, unless it is "
+       "closed again (--plug)"});
 }
 
 void DrainPlaces::add_bound(const StandSpec& spec) {
@@ -161,7 +163,8 @@ void DrainPlaces::add_bound(const PoseSpec& spec) {
     const double height_mm = -lowest_along(-up) - lowest;
     if (pose.kind == Pose::Kind::floats && !drains_.plugged && pose.waterline_mm)
       bounds_.push_back({up, lowest + *pose.waterline_mm + kFreeboard * height_mm, std::tan(kHeel_rad),
-                         bounding_box(body_.outer).center(), "above the waterline of each pose"});
+                         bounding_box(body_.outer).center(),
+                         "above the waterline of each pose, unless it is closed again (--plug)"});
     if (pose.kind == Pose::Kind::stands)
       bounds_.push_back({up, lowest + spec.contact_tolerance_mm.value_or(contact_tolerance_mm(height_mm)), 0,
                          Eigen::Vector3d::Zero(), "not in the support of any pose"});

@@ -122,7 +122,10 @@ TEST(Drained, StaysAboveTheWaterUnlessPlugged) {
   FloatSpec below = drained<FloatSpec>(false);
   below.print.drains.where = Drains::Where::given;
   below.print.drains.points_mm = {{30, 0, -3}};
-  EXPECT_TRUE(mentions(message_of([&] { hollow(egg(), below, as_stl()); }, ErrorCode::usage), {"above the waterline", "too low"}));
+  EXPECT_TRUE(mentions(message_of([&] { hollow(egg(), below, as_stl()); }, ErrorCode::usage),
+                       {"above the waterline", "closed again (--plug)", "too low"}));
+  below.print.drains.plugged = true;
+  EXPECT_LT(hollow(egg(), below, as_stl()).as_built_error, 1e-6);
 }
 
 TEST(Drained, TopsKeepTheirBalance) {
