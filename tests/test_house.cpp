@@ -428,6 +428,13 @@ TEST(House, NumbersDoNotDependOnTheLocale) {
   }
 }
 
+TEST(House, NumbersAreRoundedToFloat32InOnePlace) {
+  const std::regex there_and_back(R"(cast<float>\(\)\s*\.\s*cast<double>|static_cast<double>\(static_cast<float>\()");
+  for (const fs::path& path : library_files()) {
+    EXPECT_FALSE(std::regex_search(read(path), there_and_back)) << path << ": use as_float32";
+  }
+}
+
 TEST(House, FunctionsAreSmall) {
   std::size_t functions = 0;
   for (const fs::path& path : library_files()) {

@@ -9,6 +9,7 @@
 
 #include "io/descriptor.h"
 #include "io/mesh_io_detail.h"
+#include "mesh/float32.h"
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/assembly.h"
 
@@ -235,12 +236,8 @@ void write_delivery(const fs::path& path, const Delivery& delivery, ThreeMfFlavo
 void write_mesh(const fs::path& path, const Mesh& mesh) { write_text_file(path, detail::encode_mesh(path, mesh)); }
 
 Mesh as_stored(const fs::path& path, const Mesh& mesh) {
-  Mesh result = mesh;
-  if (const Format* format = format_of_ending(ending_of(path)); format != nullptr && format->is_float32)
-    // By component: Eigen 3.4 leaves entries of a vector unrounded in cast<float>().cast<double>() from -O2 on.
-    for (auto& vertex : result.vertices)
-      for (double& coordinate : vertex) coordinate = static_cast<float>(coordinate);
-  return result;
+  const Format* format = format_of_ending(ending_of(path));
+  return format != nullptr && format->is_float32 ? as_float32(mesh) : mesh;
 }
 
 }  // namespace rayrep

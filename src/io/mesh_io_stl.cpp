@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "io/mesh_io_detail.h"
+#include "mesh/float32.h"
 
 namespace rayrep::detail {
 namespace {
@@ -27,9 +28,6 @@ bool is_ascii(std::string_view bytes) {
   return first != std::string_view::npos && lower_case(start.substr(first, 5)) == "solid" &&
          start.find('\0') == std::string_view::npos;
 }
-
-/// A coordinate as STL keeps it.
-Eigen::Vector3d stored(const Eigen::Vector3d& p) { return p.cast<float>().cast<double>(); }
 
 void append_corner_triangle(Mesh& mesh) {
   const int n = static_cast<int>(mesh.vertices.size());
@@ -142,9 +140,9 @@ std::string encode_stl(const Mesh& mesh) {
   std::memcpy(bytes.data() + kHeaderBytes, &count, sizeof count);
   char* out = bytes.data() + kPreambleBytes;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t, out += kTriangleBytes) {
-    const Eigen::Vector3d a = stored(mesh.corner(t, 0));
-    const Eigen::Vector3d b = stored(mesh.corner(t, 1));
-    const Eigen::Vector3d c = stored(mesh.corner(t, 2));
+    const Eigen::Vector3d a = as_float32(mesh.corner(t, 0));
+    const Eigen::Vector3d b = as_float32(mesh.corner(t, 1));
+    const Eigen::Vector3d c = as_float32(mesh.corner(t, 2));
     const Eigen::Vector3d normal = (b - a).cross(c - a).stableNormalized();  // zero for a triangle without area
     Eigen::Matrix<float, 3, 4> record;
     record << normal.cast<float>(), a.cast<float>(), b.cast<float>(), c.cast<float>();

@@ -13,6 +13,7 @@
 
 #include "base/linear_algebra.h"
 #include "base/union_find.h"
+#include "mesh/float32.h"
 #include "mesh/mesh_edges.h"
 #include "mesh/surface_distance.h"
 #include "rayrep/mesh/surface_query.h"
@@ -36,8 +37,7 @@ struct Hash {
 
 std::array<double, 3> coordinates(const Eigen::Vector3d& p, bool as_float) {
   std::array<double, 3> result;
-  for (int k = 0; k < 3; ++k)
-    result[static_cast<std::size_t>(k)] = (as_float ? static_cast<double>(static_cast<float>(p[k])) : p[k]) + 0.0;  // -0 becomes 0
+  for (int k = 0; k < 3; ++k) result[static_cast<std::size_t>(k)] = (as_float ? as_float32(p[k]) : p[k]) + 0.0;  // -0 becomes 0
   return result;
 }
 

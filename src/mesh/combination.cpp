@@ -11,6 +11,7 @@
 #include "base/union_find.h"
 #include "mesh/crossing.h"
 #include "mesh/cut_group.h"
+#include "mesh/float32.h"
 #include "mesh/mesh_edges.h"
 #include "mesh/predicates.h"
 
@@ -171,8 +172,7 @@ private:
 
   void add(std::array<Vector3d, 3> corners, int source, bool whole) {
     if (options_.float32)
-      for (Vector3d& p : corners)
-        for (double& x : p) x = static_cast<double>(static_cast<float>(x));  // Eigen 3.4's cast to float and back keeps the double
+      for (Vector3d& p : corners) p = as_float32(p);
     const auto& [a, b, c] = corners;
     if (a == b || b == c || c == a) return;
     const Vector3i triangle{vertex_at(a), vertex_at(b), vertex_at(c)};  // braces: in this order

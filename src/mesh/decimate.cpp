@@ -16,6 +16,7 @@
 
 #include "mesh/crossing.h"
 #include "mesh/edge_collapse.h"
+#include "mesh/float32.h"
 #include "mesh/mesh_edges.h"
 #include "mesh/predicates.h"
 
@@ -431,14 +432,9 @@ std::vector<int> Remains::vertices_around(const DecimatedMesh& result, std::vect
   return around;
 }
 
-Mesh rounded(Mesh mesh) {
-  for (Vector3d& v : mesh.vertices) v = v.cast<float>().cast<double>();
-  return mesh;
-}
-
 /// Triangles that cross others as delivered, or have no area then.
 std::vector<int> spoilt_triangles(const Mesh& mesh, const DecimateOptions& options, const Progress& progress) {
-  const Mesh delivered = options.as_delivered ? options.as_delivered(mesh) : rounded(mesh);
+  const Mesh delivered = options.as_delivered ? options.as_delivered(mesh) : as_float32(mesh);
   std::vector<int> spoilt;
   for (const auto& [s, t] : crossing_pairs(delivered, close_pairs(delivered, progress))) spoilt.insert(spoilt.end(), {s, t});
   for (std::size_t t = 0; t < delivered.triangles.size(); ++t)

@@ -7,6 +7,7 @@
 
 #include "base/rotation.h"
 #include "base/union_find.h"
+#include "mesh/float32.h"
 
 namespace rayrep {
 namespace {
@@ -101,9 +102,7 @@ Mesh with_merged_vertices(const Mesh& mesh) {
 }
 
 bool is_float32(const Mesh& mesh) {
-  return std::all_of(mesh.vertices.begin(), mesh.vertices.end(), [](const Eigen::Vector3d& v) {
-    return std::all_of(v.begin(), v.end(), [](double x) { return static_cast<double>(static_cast<float>(x)) == x; });
-  });
+  return std::all_of(mesh.vertices.begin(), mesh.vertices.end(), [](const Eigen::Vector3d& v) { return as_float32(v) == v; });
 }
 
 double float32_spacing_mm(const Eigen::AlignedBox3d& box) {

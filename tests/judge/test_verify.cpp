@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "mesh/float32.h"
 #include "rayrep/base/error.h"
 #include "rayrep/judge/verify.h"
 #include "rayrep/mesh/mesh_check.h"
@@ -46,12 +47,6 @@ const Criterion& criterion(const FloatVerdict& verdict, const std::string& name)
 
 using test::failed;
 using test::Names;
-
-Mesh float32(Mesh mesh) {
-  for (auto& v : mesh.vertices)  // by component: Eigen 3.4 leaves entries of a vector unrounded from -O2 on
-    for (double& x : v) x = static_cast<float>(x);
-  return mesh;
-}
 
 void expect_same_state(const FloatState& a, const FloatState& b, double tolerance) {
   EXPECT_NEAR(a.body.mass_g, b.body.mass_g, tolerance * b.body.mass_g);
@@ -223,7 +218,7 @@ TEST(VerifyFloat, AsStoredInAnStlFileInAnyFrame) {
     const Mesh outer = transformed(Boat::outer(), T);
     FloatSpec goal = boat.goal;
     goal.up = T.linear() * Eigen::Vector3d::UnitZ();
-    Mesh file = test::soup(float32(transformed(boat.mesh(), T)));
+    Mesh file = test::soup(as_float32(transformed(boat.mesh(), T)));
     std::reverse(file.triangles.begin(), file.triangles.end());
     for (auto& t : file.triangles) t = Eigen::Vector3i(t[1], t[2], t[0]);
     const FloatVerdict verdict = verify(file, &outer, goal);

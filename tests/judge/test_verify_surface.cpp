@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "mesh/float32.h"
 #include "places.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/judge/verify.h"
@@ -112,9 +113,7 @@ TEST(OuterDeviation, IsJudgedByTheRoundingOfTheCoordinatesAsTheyAre) {
   // The same as STL would store it: what rounding did is no change, and the verdict says that there is no room for a wall.
   Mesh uneven = test::moved(test::scaled(cube(), 1.0371), far);
   append(uneven, test::flipped(test::moved(test::box({6, 6, 6}, {14, 14, 14}), far)));
-  Mesh stored = uneven;
-  for (auto& v : stored.vertices)
-    for (double& x : v) x = static_cast<float>(x);
+  const Mesh stored = as_float32(uneven);
   const Verdict verdict = judged(stored, test::moved(test::scaled(cube(), 1.0371), far), 1.2);
   EXPECT_EQ(verdict.outer_deviation_mm, 0);
   EXPECT_TRUE(criterion(verdict, "outer_unchanged")->pass());

@@ -4,6 +4,7 @@
 
 #include "make/cavity_mender.h"
 #include "make/clipped_cavity.h"
+#include "mesh/float32.h"
 #include "mesh/predicates.h"
 #include "mesh/surface_gap.h"
 #include "rayrep/make/cavity.h"
@@ -95,12 +96,7 @@ TEST(Cavity, KeepsTheWallAndDoesNotCrossAsStored) {
   for (auto& v : dented.vertices) v *= 1 - 0.4 * std::exp(-(v / 12 - Eigen::Vector3d::UnitX()).squaredNorm() / 0.1);
   for (const double from_origin : {0.0, 1e3, 1e5})
     for (const Mesh& solid : {rotated(l_shape(9), random_rotation(6)), dented}) {
-      const auto stored = [&](const Mesh& mesh) {
-        Mesh result = moved(mesh, from_origin * Eigen::Vector3d(1, -0.7, 0.4));
-        for (auto& v : result.vertices)
-          for (double& x : v) x = static_cast<float>(x);
-        return result;
-      };
+      const auto stored = [&](const Mesh& mesh) { return as_float32(moved(mesh, from_origin * Eigen::Vector3d(1, -0.7, 0.4))); };
       const Mesh body = moved(stored(solid), -from_origin * Eigen::Vector3d(1, -0.7, 0.4));
       const SurfaceQuery surface(body);
       InnerDomainOptions inner;
@@ -128,11 +124,7 @@ TEST(Cavity, FoldsThatRoundingMakesAreMended) {
   const int a = shell.triangles[0][0];
   const int b = shell.triangles[0][1];
   shell.vertices[a] = shell.vertices[b] + 1e-9 * (shell.vertices[a] - shell.vertices[b]);
-  const auto stored = [](Mesh mesh) {
-    for (auto& v : mesh.vertices)
-      for (double& x : v) x = static_cast<float>(x);
-    return mesh;
-  };
+  const auto stored = [](const Mesh& mesh) { return as_float32(mesh); };
   ASSERT_TRUE(crossing_triangles(shell).empty());
   ASSERT_FALSE(crossing_triangles(stored(shell)).empty());
   const SurfaceQuery surface(icosphere(6.25, 4));

@@ -3,6 +3,7 @@
 #include <map>
 
 #include "mesh/convex_hull.h"
+#include "mesh/float32.h"
 #include "mesh/predicates.h"
 #include "rayrep/base/error.h"
 #include "solids.h"
@@ -51,7 +52,7 @@ TEST(ConvexHull, OfPointsOnAGridHasFlatFaces) {
   for (int n = 0; n < 8; ++n) {
     std::vector<Eigen::Vector3d> turned;
     const Eigen::Matrix3d turn = n == 0 ? Eigen::Matrix3d::Identity() : random_rotation(static_cast<std::uint64_t>(n));
-    for (const auto& p : points) turned.push_back((turn * p).cast<float>().cast<double>());
+    for (const auto& p : points) turned.push_back(as_float32(turn * p));
     expect_hull_of(turned, 1e-4);
     const ConvexPolytope hull = convex_hull(turned, 1e-4);
     EXPECT_EQ(hull.faces.size(), 6u);

@@ -14,6 +14,7 @@
 #include "mesh/crossing.h"
 #include "mesh/decimate.h"
 #include "mesh/edge_collapse.h"
+#include "mesh/float32.h"
 #include "mesh/predicates.h"
 #include "rayrep/mesh/level_set.h"
 #include "rayrep/mesh/surface_query.h"
@@ -24,11 +25,6 @@ namespace {
 
 using Eigen::Vector3d;
 using test::kPi;
-
-Mesh rounded(Mesh mesh) {
-  for (Vector3d& v : mesh.vertices) v = v.cast<float>().cast<double>();
-  return mesh;
-}
 
 DecimatedMesh within(double error_mm, const Mesh& mesh) {
   return decimated(mesh, {.chord_error_mm = error_mm, .as_delivered = {}});
@@ -102,7 +98,7 @@ double most_slender(const Mesh& mesh) {
 // What holds for whatever is decimated.
 void expect_sound(const Mesh& given, const DecimatedMesh& result, double error_mm) {
   expect_manifold(result.mesh);
-  expect_no_crossing(rounded(result.mesh));
+  expect_no_crossing(as_float32(result.mesh));
   expect_kept(given, result);
   EXPECT_EQ(result.crossing, 0u);
   EXPECT_EQ(euler_characteristic(result.mesh), euler_characteristic(given));
@@ -212,7 +208,7 @@ TEST(Decimate, SheetsNearerThanTheErrorDoNotCross) {
     SCOPED_TRACE(thickness);
     const Mesh mesh = slab(60, thickness);
     expect_manifold(mesh);
-    expect_no_crossing(rounded(mesh));
+    expect_no_crossing(as_float32(mesh));
     const DecimatedMesh result = within(0.05, mesh);
     expect_sound(mesh, result, 0.05);
     if (thickness >= 0.01) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "boolean_cases.h"
+#include "mesh/float32.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/mesh/boolean.h"
 #include "rayrep/mesh/mesh_check.h"
@@ -23,13 +24,6 @@ double volume(const Mesh& mesh) {
   return six / 6;
 }
 
-/// As the other program takes them.
-Mesh in_float32(Mesh mesh) {
-  for (Eigen::Vector3d& v : mesh.vertices)
-    for (double& x : v) x = static_cast<double>(static_cast<float>(x));
-  return mesh;
-}
-
 void print(const char* name, const Mesh& mesh) {
   std::printf("\"%s\":{\"points\":[", name);
   for (std::size_t n = 0; n < mesh.vertices.size(); ++n)
@@ -41,7 +35,7 @@ void print(const char* name, const Mesh& mesh) {
 }
 
 void compare(const std::string& name, const Mesh& first, const Mesh& second) {
-  const std::vector<Mesh> pair{with_merged_vertices(in_float32(first)), with_merged_vertices(in_float32(second))};
+  const std::vector<Mesh> pair{with_merged_vertices(as_float32(first)), with_merged_vertices(as_float32(second))};
   std::printf("{\"name\":\"%s\",", name.c_str());
   print("a", pair[0]);
   print("b", pair[1]);

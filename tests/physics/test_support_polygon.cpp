@@ -8,6 +8,7 @@
 #include <numeric>
 #include <vector>
 
+#include "mesh/float32.h"
 #include "places.h"
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
@@ -258,7 +259,7 @@ TEST(SupportPolygon, HasNoThreeCornersOnALine) {
   // A finely cut base, turned, as float32: thousands of points within 1e-6 mm of four lines.
   Mesh box = turned(test::subdivided(test::box({-30, -20, 0}, {30, 20, 5}), 6), 0.3, Vector3d::UnitZ());
   EXPECT_EQ(support_polygon(box, kTolerance).corners_mm.size(), 4u);
-  for (auto& v : box.vertices) v = v.cast<float>().cast<double>();
+  box = as_float32(box);
   EXPECT_EQ(support_polygon(box, kTolerance).corners_mm.size(), 4u);
   // And a round one keeps its corners.
   EXPECT_EQ(support_polygon(test::cylinder(20, 5, 360), kTolerance).corners_mm.size(), 360u);
