@@ -7,8 +7,10 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <queue>
+#include <span>
 #include <vector>
 
 #include "base/rotation.h"
@@ -36,10 +38,11 @@ public:
     if (box_.isEmpty()) return;
     cell_mm_ = std::max(box_.sizes().maxCoeff() / std::clamp(std::sqrt(static_cast<double>(count)), 1.0, 256.0), 1e-9);
     size_ = cell_of(box_.max()).array() + 1;
-    cells_.resize(static_cast<std::size_t>(size_.prod()));
-    rows_.resize(static_cast<std::size_t>(size_.y()));
+    sides_.reserve(count);
     for (const SectionLoop& loop : loops)
-      for (std::size_t i = 0, j = loop.size() - 1; i < loop.size(); j = i++) add({loop[i], loop[j]});
+      for (std::size_t i = 0, j = loop.size() - 1; i < loop.size(); j = i++) sides_.push_back({loop[i], loop[j]});
+    rows_ = Bins(static_cast<std::size_t>(size_.y()), [this](const auto& put) { put_in_rows(put); });
+    cells_ = Bins(static_cast<std::size_t>(size_.prod()), [this](const auto& put) { put_in_cells(put); });
   }
 
   const Eigen::AlignedBox2d& box() const { return box_; }
@@ -47,7 +50,7 @@ public:
   bool is_void(const Eigen::Vector2d& p) const {
     if (box_.isEmpty() || !box_.contains(p)) return false;
     bool inside = false;
-    for (const Side& side : rows_[static_cast<std::size_t>(cell_of(p).y())]) inside ^= side.crosses_right_of(p);
+    for (const int n : rows_.at(cell_of(p).y())) inside ^= sides_[static_cast<std::size_t>(n)].crosses_right_of(p);
     return inside;
   }
 
@@ -80,12 +83,43 @@ private:
 
   Eigen::Vector2i cell_of(const Eigen::Vector2d& p) const { return ((p - box_.min()) / cell_mm_).array().floor().cast<int>(); }
 
-  void add(const Side& side) {
-    const Eigen::Vector2i low = cell_of(side.a.cwiseMin(side.b));
-    const Eigen::Vector2i high = cell_of(side.a.cwiseMax(side.b));
-    for (int j = low.y(); j <= high.y(); ++j) {
-      rows_[static_cast<std::size_t>(j)].push_back(side);
-      for (int i = low.x(); i <= high.x(); ++i) cells_[static_cast<std::size_t>(j * size_.x() + i)].push_back(side);
+  /// Numbers of sides, by place.
+  class Bins {
+  public:
+    Bins() = default;
+    /// @param for_all  calls what it is given with each place and number
+    template <typename ForAll>
+    Bins(std::size_t places, const ForAll& for_all) : first_(places + 1, 0) {
+      for_all([this](int place, int) { ++first_[static_cast<std::size_t>(place) + 1]; });
+      std::partial_sum(first_.begin(), first_.end(), first_.begin());
+      numbers_.resize(static_cast<std::size_t>(first_.back()));
+      std::vector<int> next = first_;
+      for_all([&](int place, int number) { numbers_[static_cast<std::size_t>(next[static_cast<std::size_t>(place)]++)] = number; });
+    }
+    std::span<const int> at(int place) const {
+      const auto n = static_cast<std::size_t>(place);
+      return {numbers_.data() + first_[n], numbers_.data() + first_[n + 1]};
+    }
+
+  private:
+    std::vector<int> first_, numbers_;
+  };
+
+  template <typename Put>
+  void put_in_rows(const Put& put) const {
+    for (std::size_t n = 0; n < sides_.size(); ++n) {
+      const auto [low, high] = std::minmax({cell_of(sides_[n].a).y(), cell_of(sides_[n].b).y()});
+      for (int j = low; j <= high; ++j) put(j, static_cast<int>(n));
+    }
+  }
+
+  template <typename Put>
+  void put_in_cells(const Put& put) const {
+    for (std::size_t n = 0; n < sides_.size(); ++n) {
+      const Eigen::Vector2i low = cell_of(sides_[n].a.cwiseMin(sides_[n].b));
+      const Eigen::Vector2i high = cell_of(sides_[n].a.cwiseMax(sides_[n].b));
+      for (int j = low.y(); j <= high.y(); ++j)
+        for (int i = low.x(); i <= high.x(); ++i) put(j * size_.x() + i, static_cast<int>(n));
     }
   }
 
@@ -95,8 +129,8 @@ private:
       const bool whole = std::abs(j - centre.y()) == ring;
       for (int i = centre.x() - ring; i <= centre.x() + ring; i += whole || ring == 0 ? 1 : 2 * ring)
         if (i >= 0 && i < size_.x())
-          for (const Side& side : cells_[static_cast<std::size_t>(j * size_.x() + i)])
-            squared = std::min(squared, side.squared_distance(p));
+          for (const int n : cells_.at(j * size_.x() + i))
+            squared = std::min(squared, sides_[static_cast<std::size_t>(n)].squared_distance(p));
     }
     return squared;
   }
@@ -104,8 +138,8 @@ private:
   Eigen::AlignedBox2d box_;
   double cell_mm_ = 1;
   Eigen::Vector2i size_ = Eigen::Vector2i::Zero();
-  std::vector<std::vector<Side>> cells_;
-  std::vector<std::vector<Side>> rows_;
+  std::vector<Side> sides_;
+  Bins cells_, rows_;
 };
 
 /// Two layers, of which the upper one reaches out over the void of the lower one: by the largest distance of a point of its
@@ -333,7 +367,7 @@ std::vector<FlatRoof> find_roofs(const Mesh& shells, double angle_rad, Overhang&
 
 /// A layer between which and the next one flat roofs may lie.
 struct FlatLayer {
-  int number = 0;
+  std::size_t place = 0;  ///< among the layers
   double roofs_mm2 = 0;
   std::vector<Eigen::Vector2d> points;  ///< of these roofs
 };
@@ -343,8 +377,9 @@ std::vector<FlatLayer> layers_under(const std::vector<FlatRoof>& roofs, const La
   std::vector<FlatLayer> all(static_cast<std::size_t>(std::max(0, last - first + 1)));
   for (const FlatRoof& roof : roofs)
     for (int n = std::max(first, layers.last_below(roof.lo)); n <= std::min(last, layers.last_below(roof.hi)); ++n) {
-      FlatLayer& layer = all[static_cast<std::size_t>(n - first)];
-      layer.number = n;
+      const auto place = static_cast<std::size_t>(n - first);
+      FlatLayer& layer = all[place];
+      layer.place = place;
       layer.roofs_mm2 += roof.area_mm2;
       if (n == layers.last_below(roof.middle.z())) layer.points.emplace_back(roof.middle.head<2>());
     }
@@ -353,23 +388,33 @@ std::vector<FlatLayer> layers_under(const std::vector<FlatRoof>& roofs, const La
   return all;
 }
 
-/// What each layer from `first` to `last` has to do with the next one.
-std::vector<Between> pieces_of(const MeshSections& sections, const Layers& layers, int first, int last, const Progress& progress) {
+/// The middle of each layer from `first` to `last`.
+std::vector<Loops> sections_of(const Mesh& shells, const Layers& layers, int first, int last, const Progress& progress) {
   constexpr int at_once = 32;
-  std::vector<Loops> loops(at_once + 1);
-  std::vector<Between> pieces(static_cast<std::size_t>(std::max(0, last + 1 - first)));
+  const MeshSections sections(shells);
+  std::vector<Loops> loops(static_cast<std::size_t>(std::max(0, last + 1 - first)));
   for (int begin = first; begin <= last; begin += at_once) {
     progress.check();
-    const int pairs = std::min(at_once, last + 1 - begin);
-    if (begin > first) loops.front() = std::move(loops.back());
-    tbb::parallel_for(begin > first ? 1 : 0, pairs + 1, [&](int n) { loops[n] = sections.at(layers.middle_mm(begin + n)); });
-    tbb::parallel_for(0, pairs, [&](int n) { pieces[begin - first + n] = between(loops[n], loops[n + 1]); });
+    tbb::parallel_for(begin, std::min(begin + at_once, last + 1),
+                      [&](int n) { loops[static_cast<std::size_t>(n - first)] = sections.at(layers.middle_mm(n)); });
+  }
+  return loops;
+}
+
+/// What each of these layers but the last has to do with the next one.
+std::vector<Between> pieces_of(const std::vector<Loops>& loops, const Progress& progress) {
+  constexpr std::size_t at_once = 32;
+  std::vector<Between> pieces(loops.size() - 1);
+  for (std::size_t begin = 0; begin < pieces.size(); begin += at_once) {
+    progress.check();
+    tbb::parallel_for(begin, std::min(begin + at_once, pieces.size()),
+                      [&](std::size_t n) { pieces[n] = between(loops[n], loops[n + 1]); });
   }
   return pieces;
 }
 
 /// The largest reach_mm of these layers and the next ones.
-double farthest_reach_mm(const MeshSections& sections, const Layers& layers, const std::vector<FlatLayer>& under, double least_mm,
+double farthest_reach_mm(const std::vector<Loops>& loops, const std::vector<FlatLayer>& under, double least_mm,
                          const Progress& progress) {
   constexpr std::size_t at_once = 32;
   std::vector<std::optional<OverVoid>> pairs(at_once);
@@ -383,7 +428,7 @@ double farthest_reach_mm(const MeshSections& sections, const Layers& layers, con
       best = std::max(best, *std::max_element(reach.begin(), reach.begin() + static_cast<std::ptrdiff_t>(count)));
     };
     for_all([&](const FlatLayer& layer, std::optional<OverVoid>& pair) {
-      pair.emplace(sections.at(layers.middle_mm(layer.number)), sections.at(layers.middle_mm(layer.number + 1)));
+      pair.emplace(loops[layer.place], loops[layer.place + 1]);
       return pair->reach_mm_at(layer.points);
     });
     for_all([&](const FlatLayer&, const std::optional<OverVoid>& pair) { return pair->reach_mm(best); });
@@ -406,14 +451,14 @@ Overhang overhang(const Mesh& cavities, const PrintedUp& print, const Progress& 
   const Eigen::AlignedBox3d box = bounding_box(shells);
   const int first = layers.last_below(box.min().z());
   const int last = layers.last_below(box.max().z());
-  const MeshSections sections(shells);
-  const std::vector<Between> pieces = pieces_of(sections, layers, first, last, progress);
+  const std::vector<Loops> loops = sections_of(shells, layers, first, last + 1, progress);
+  const std::vector<Between> pieces = pieces_of(loops, progress);
   for (const Between& layer : pieces)
     found.islands += static_cast<std::size_t>(
         std::count_if(layer.upper.begin(), layer.upper.end(), [](const Piece& piece) { return piece.hangs; }));
   found.pillar_mm = thinnest_pillar_mm(pieces);
   const double carried_mm = print.layer_mm / std::tan(print.angle_rad);
-  found.bridge_mm = 2 * farthest_reach_mm(sections, layers, layers_under(roofs, layers, first, last), carried_mm, progress);
+  found.bridge_mm = 2 * farthest_reach_mm(loops, layers_under(roofs, layers, first, last), carried_mm, progress);
   return found;
 }
 

@@ -59,10 +59,11 @@ std::optional<CavityMesh> ClippedCavity::follow(const Moments& q) {
     farthest = std::max(farthest, (mesh.vertices[n] - last_->mesh.vertices[n]).norm());
     mesh.vertices[n] += mending_[n];
   }
-  if (!CavityMender(surface_, options_).crossing(mesh, moved_of(moved)).empty()) return std::nullopt;
   // The last steps, which are short, are smooth in q.
   constexpr double kShort = 0.005;  // of the wall: a quarter of what it may lack
-  return farthest > kShort * options_.least_distance_mm() ? mended(std::move(moved), std::move(mesh)) : taken(mesh);
+  if (farthest > kShort * options_.least_distance_mm()) return mended(std::move(moved), std::move(mesh));
+  if (!CavityMender(surface_, options_).crossing(mesh, moved_of(moved)).empty()) return std::nullopt;
+  return taken(mesh);
 }
 
 /// Sees to the walls and triangles of `mesh`, whose vertices were cut or moved to where they are in `cut`.

@@ -13,6 +13,7 @@
 #include <limits>
 #include <numbers>
 
+#include "mesh/cell_boxes.h"
 #include "mesh/mesh_edges.h"
 
 // A tree of boxes over the triangles in the order of a curve that fills space: groups of eight neighbours on the curve, eight
@@ -24,93 +25,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-constexpr std::size_t kGroup = 8;
 constexpr int kSpan = 4;  // a triangle that would make its group's box longer than so many times itself begins a new one
-
-/// A box on a grid of 65000 cells along the longest side.
-struct Box {
-  std::array<std::int16_t, 3> low{INT16_MAX, INT16_MAX, INT16_MAX};
-  std::array<std::int16_t, 3> high{INT16_MIN, INT16_MIN, INT16_MIN};
-
-  void extend(const Box& other) {
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], other.low[axis]);
-      high[axis] = std::max(high[axis], other.high[axis]);
-    }
-  }
-};
-
-Box intersection(const Box& a, const Box& b) {
-  Box box;
-  for (int axis = 0; axis < 3; ++axis) {
-    box.low[axis] = std::max(a.low[axis], b.low[axis]);
-    box.high[axis] = std::min(a.high[axis], b.high[axis]);
-  }
-  return box;
-}
-
-/// The boxes of eight triangles, groups or nodes; empty ones meet nothing.
-struct Boxes {
-  std::int16_t low[3][kGroup];
-  std::int16_t high[3][kGroup];
-
-  Boxes() {
-    std::fill_n(&low[0][0], 3 * kGroup, INT16_MAX);
-    std::fill_n(&high[0][0], 3 * kGroup, INT16_MIN);
-  }
-
-  void set(std::size_t k, const Box& box) {
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis][k] = box.low[axis];
-      high[axis][k] = box.high[axis];
-    }
-  }
-
-  Box at(std::size_t k) const { return {{low[0][k], low[1][k], low[2][k]}, {high[0][k], high[1][k], high[2][k]}}; }
-};
-
-constexpr std::int16_t kBit[kGroup] = {1, 2, 4, 8, 16, 32, 64, 128};
-
-/// A bit for each of the boxes that meet another one. Not inlined: GCC would unroll the loop before it looks for vector
-/// instructions.
-[[gnu::noinline]] std::uint32_t meeting(const Boxes& boxes, const Box& box) {
-  const std::int16_t x0 = box.low[0], y0 = box.low[1], z0 = box.low[2];
-  const std::int16_t x1 = box.high[0], y1 = box.high[1], z1 = box.high[2];
-  std::int16_t bits = 0;
-  for (std::size_t k = 0; k < kGroup; ++k) {
-    const bool apart = (boxes.low[0][k] > x1) | (boxes.low[1][k] > y1) | (boxes.low[2][k] > z1) | (boxes.high[0][k] < x0) |
-                       (boxes.high[1][k] < y0) | (boxes.high[2][k] < z0);
-    bits |= apart ? std::int16_t{0} : kBit[k];
-  }
-  return static_cast<std::uint32_t>(bits);
-}
-
-/// The lowest ten bits of n, two zeros between each.
-std::uint32_t spread(std::uint32_t n) {
-  n = (n | n << 16) & 0x030000FF;
-  n = (n | n << 8) & 0x0300F00F;
-  n = (n | n << 4) & 0x030C30C3;
-  return (n | n << 2) & 0x09249249;
-}
-
-struct Place {
-  std::uint64_t key;
-  int triangle;
-};
-
-/// By the lowest `bits` of the key, places with the same one in the order they had.
-void sort_by_key(std::vector<Place>& places, int bits) {
-  constexpr int kDigit = 11;
-  std::vector<Place> sorted(places.size());
-  for (int shift = 0; shift < bits; shift += kDigit) {
-    const auto digit = [shift](const Place& place) { return place.key >> shift & ((1u << kDigit) - 1); };
-    std::vector<std::size_t> next((1u << kDigit) + 1);
-    for (const Place& place : places) ++next[digit(place) + 1];
-    for (std::size_t n = 1; n < next.size(); ++n) next[n] += next[n - 1];
-    for (const Place& place : places) sorted[next[digit(place)]++] = place;
-    places.swap(sorted);
-  }
-}
 
 struct Corners {
   const Vector3i& numbers;
@@ -319,18 +234,14 @@ std::vector<int> large_fans(const Mesh& mesh, const VertexCorners& at) {
 }
 
 struct Group {
-  Boxes boxes;
-  std::array<int, kGroup> triangles{};
+  EightBoxes boxes;
+  std::array<int, kEight> triangles{};
 
-  void add(std::size_t k, int triangle, const Box& box) {
+  void add(std::size_t k, int triangle, const CellBox& box) {
     triangles[k] = triangle;
     boxes.set(k, box);
   }
 };
-
-int longest_side(const Box& box) {
-  return std::max({box.high[0] - box.low[0], box.high[1] - box.low[1], box.high[2] - box.low[2]});
-}
 
 class PairSearch {
 public:
@@ -338,7 +249,7 @@ public:
     const VertexCorners at(mesh);
     open_fan_ = open_fans(mesh, at);
     large_fan_ = large_fans(mesh, at);
-    build(boxes_of_triangles());
+    build(CellGrid(mesh).boxes_of_triangles(mesh));
   }
 
   std::vector<std::pair<int, int>> run(const Progress& progress) const {
@@ -361,81 +272,46 @@ public:
   }
 
 private:
-  /// A cell larger than the triangles on every side: those of triangles that nearly touch meet.
-  std::vector<Box> boxes_of_triangles() const {
-    const Eigen::AlignedBox3d box = bounding_box(mesh_);
-    const double longest = box.sizes().maxCoeff();
-    const double cells_per_mm = longest > 0 ? 65000 / longest : 0;
-    using Cell = std::array<std::int16_t, 3>;
-    std::vector<Cell> cells(mesh_.vertices.size());
-    tbb::parallel_for(std::size_t{0}, cells.size(), [&](std::size_t v) {
-      for (int axis = 0; axis < 3; ++axis)
-        cells[v][axis] =
-            static_cast<std::int16_t>(static_cast<int>(cells_per_mm * (mesh_.vertices[v][axis] - box.min()[axis])) - 32500);
-    });
-    std::vector<Box> boxes(mesh_.triangles.size());
-    tbb::parallel_for(std::size_t{0}, boxes.size(), [&](std::size_t t) {
-      for (int axis = 0; axis < 3; ++axis) {
-        const auto [low, high] = std::minmax(
-            {cells[mesh_.triangles[t][0]][axis], cells[mesh_.triangles[t][1]][axis], cells[mesh_.triangles[t][2]][axis]});
-        boxes[t].low[axis] = static_cast<std::int16_t>(low - 1);
-        boxes[t].high[axis] = static_cast<std::int16_t>(high + 1);
-      }
-    });
-    return boxes;
-  }
-
-  void build(const std::vector<Box>& boxes) {
-    constexpr int kBits = 10;  // of a coordinate on the curve
+  void build(const std::vector<CellBox>& boxes) {
     std::vector<Place> places(boxes.size());
     tbb::parallel_for(std::size_t{0}, boxes.size(), [&](std::size_t t) {
-      std::uint64_t key = 0;
-      unsigned longest = 0;
-      for (int axis = 0; axis < 3; ++axis) {
-        const int low = boxes[t].low[axis];
-        const int high = boxes[t].high[axis];
-        key |= static_cast<std::uint64_t>(spread(static_cast<std::uint32_t>(low + high + 65536) >> (17 - kBits))) << axis;
-        longest = std::max(longest, static_cast<unsigned>(high - low));
-      }
-      // Triangles of like size to each other: a large one among small ones would make their box large.
-      const auto size = static_cast<std::uint64_t>(std::bit_width(longest) / 2);
       // Those of a large fan together: none of them is looked at with the others.
       const auto fan = static_cast<std::uint64_t>(large_fan_[t] + 1);
-      places[t] = {fan << (3 * kBits + 4) | size << 3 * kBits | key, static_cast<int>(t)};
+      places[t] = {fan << kPlaceBits | place_of(boxes[t]), static_cast<int>(t)};
     });
     const int highest = *std::max_element(large_fan_.begin(), large_fan_.end());
-    sort_by_key(places, 3 * kBits + 4 + std::bit_width(static_cast<unsigned>(highest + 1)));
+    sort_by_key(places, kPlaceBits + std::bit_width(static_cast<unsigned>(highest + 1)));
 
     // Where the curve jumps a group ends early.
-    std::vector<Box> wholes;
+    std::vector<CellBox> wholes;
     std::vector<int> fans;  // of the groups
     int room = 0;           // left in the last group
     for (const Place& place : places) {
-      const Box& box = boxes[place.triangle];
-      Box extended = wholes.empty() ? box : wholes.back();
+      const CellBox& box = boxes[place.triangle];
+      CellBox extended = wholes.empty() ? box : wholes.back();
       extended.extend(box);
       const int fan = large_fan_[place.triangle];
-      if (room == 0 || fans.back() != fan || longest_side(extended) > kSpan * longest_side(box)) {
+      if (room == 0 || fans.back() != fan || extended.longest_side() > kSpan * box.longest_side()) {
         groups_.emplace_back();
         wholes.push_back(box);
         fans.push_back(fan);
-        room = kGroup;
+        room = kEight;
       } else {
         wholes.back() = extended;
       }
-      groups_.back().add(kGroup - room--, place.triangle, box);
+      groups_.back().add(kEight - room--, place.triangle, box);
     }
     wholes_ = wholes;
     do {
       fans_.push_back(fans);
-      std::vector<Boxes>& level = levels_.emplace_back((wholes.size() + kGroup - 1) / kGroup);
-      std::vector<Box> next(level.size());
+      std::vector<EightBoxes>& level = levels_.emplace_back((wholes.size() + kEight - 1) / kEight);
+      std::vector<CellBox> next(level.size());
       std::vector<int> next_fans(level.size());
       for (std::size_t n = 0; n < wholes.size(); ++n) {
-        level[n / kGroup].set(n % kGroup, wholes[n]);
-        next[n / kGroup].extend(wholes[n]);
-        int& fan = next_fans[n / kGroup];
-        fan = n % kGroup == 0 || fan == fans[n] ? fans[n] : -1;
+        level[n / kEight].set(n % kEight, wholes[n]);
+        next[n / kEight].extend(wholes[n]);
+        int& fan = next_fans[n / kEight];
+        fan = n % kEight == 0 || fan == fans[n] ? fans[n] : -1;
       }
       wholes = std::move(next);
       fans = std::move(next_fans);
@@ -450,11 +326,11 @@ private:
     struct Node {
       std::size_t level, index;
     };
-    Box box;
-    for (std::size_t k = 0; k < kGroup; ++k) box.extend(levels_[0][eight].at(k));
+    CellBox box;
+    for (std::size_t k = 0; k < kEight; ++k) box.extend(levels_[0][eight].at(k));
     near.clear();
     const int fan = fans_[1][eight];
-    std::array<Node, kGroup * 24> stack;  // eight nodes a level, and more levels than can be
+    std::array<Node, kEight * 24> stack;  // eight nodes a level, and more levels than can be
     std::size_t size = 0;
     stack[size++] = {levels_.size() - 1, 0};
     while (size > 0) {
@@ -466,15 +342,15 @@ private:
       }
       const std::size_t own = eight >> 3 * (node.level - 1);  // where this one is on the level below
       std::uint32_t bits = meeting(levels_[node.level][node.index], box);
-      if (own > node.index * kGroup) bits &= ~0u << (own - node.index * kGroup);
+      if (own > node.index * kEight) bits &= ~0u << (own - node.index * kEight);
       for (; bits != 0; bits &= bits - 1)
-        stack[size++] = {node.level - 1, node.index * kGroup + static_cast<std::size_t>(std::countr_zero(bits))};
+        stack[size++] = {node.level - 1, node.index * kEight + static_cast<std::size_t>(std::countr_zero(bits))};
     }
-    for (std::size_t group = eight * kGroup; group < std::min((eight + 1) * kGroup, groups_.size()); ++group)
+    for (std::size_t group = eight * kEight; group < std::min((eight + 1) * kEight, groups_.size()); ++group)
       for (const std::size_t other : near) {
         std::uint32_t bits = meeting(levels_[0][other], wholes_[group]);
-        if (other == eight) bits &= ~0u << (group - eight * kGroup);
-        for (; bits != 0; bits &= bits - 1) search(group, other * kGroup + static_cast<std::size_t>(std::countr_zero(bits)), pairs);
+        if (other == eight) bits &= ~0u << (group - eight * kEight);
+        for (; bits != 0; bits &= bits - 1) search(group, other * kEight + static_cast<std::size_t>(std::countr_zero(bits)), pairs);
       }
   }
 
@@ -482,7 +358,7 @@ private:
     if (fans_[0][group] >= 0 && fans_[0][group] == fans_[0][other]) return;
     const Group& here = groups_[group];
     const Group& there = groups_[other];
-    const Box common = intersection(wholes_[group], wholes_[other]);
+    const CellBox common = intersection(wholes_[group], wholes_[other]);
     const std::uint32_t reach = meeting(there.boxes, common);
     if (reach == 0) return;
     for (std::uint32_t ours = meeting(here.boxes, common); ours != 0; ours &= ours - 1) {
@@ -514,9 +390,9 @@ private:
   std::vector<char> open_fan_;  ///< of the vertices
   std::vector<int> large_fan_;  ///< of the triangles
   std::vector<Group> groups_;
-  std::vector<Box> wholes_;                 ///< of the groups
-  std::vector<std::vector<Boxes>> levels_;  ///< of groups, of eight of these, ..., of one
-  std::vector<std::vector<int>> fans_;      ///< that all triangles are of, or -1: of groups, of eight of these, ..., of all
+  std::vector<CellBox> wholes_;                  ///< of the groups
+  std::vector<std::vector<EightBoxes>> levels_;  ///< of groups, of eight of these, ..., of one
+  std::vector<std::vector<int>> fans_;           ///< that all triangles are of, or -1: of groups, of eight of these, ..., of all
 };
 
 }  // namespace

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <numeric>
-#include <unordered_map>
+#include <utility>
 
 #include "mesh/mesh_edges.h"
 
@@ -35,9 +35,10 @@ Eigen::Vector2d point_on(const Mesh& mesh, std::uint64_t edge, double height_mm)
 
 /// Pieces joined to loops. Where an edge has several pieces that begin, any of them makes loops of the same section.
 std::vector<SectionLoop> joined(const Mesh& mesh, const std::vector<Piece>& pieces, double height_mm) {
-  std::unordered_multimap<std::uint64_t, std::size_t> begins;
-  begins.reserve(pieces.size());
-  for (std::size_t n = pieces.size(); n-- > 0;) begins.emplace(pieces[n].from, n);
+  using Begin = std::pair<std::uint64_t, std::size_t>;
+  std::vector<Begin> begins;
+  for (std::size_t n = 0; n < pieces.size(); ++n) begins.emplace_back(pieces[n].from, n);
+  std::sort(begins.begin(), begins.end());
   std::vector<bool> used(pieces.size(), false);
   std::vector<SectionLoop> loops;
   for (std::size_t first = 0; first < pieces.size(); ++first) {
@@ -50,9 +51,10 @@ std::vector<SectionLoop> joined(const Mesh& mesh, const std::vector<Piece>& piec
       loop.push_back(point_on(mesh, pieces[n].from, height_mm));
       closes = pieces[n].to == pieces[first].from;
       if (closes) break;
-      const auto [begin, end] = begins.equal_range(pieces[n].to);
-      const auto next = std::find_if(begin, end, [&used](const auto& entry) { return !used[entry.second]; });
-      if (next == end) break;
+      const std::uint64_t edge = pieces[n].to;
+      auto next = std::lower_bound(begins.begin(), begins.end(), Begin(edge, 0));
+      while (next != begins.end() && next->first == edge && used[next->second]) ++next;
+      if (next == begins.end() || next->first != edge) break;
       n = next->second;
     }
     if (closes && loop.size() >= 3) loops.push_back(std::move(loop));

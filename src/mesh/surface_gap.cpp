@@ -5,8 +5,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
+#include <optional>
+
+#include "mesh/cell_boxes.h"
 
 // Triangles that follow each other in the mesh mostly lie together. Some of them at a time ask the surface for what is near, and
 // what a plane keeps away from them is not looked at further.
@@ -16,8 +20,37 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kMost = 8;  // triangles in a cluster
-constexpr double kSpan = 3;       // and how much larger than its first triangle it may be
+constexpr std::size_t kMost = 16;  // triangles in a cluster
+constexpr double kSpan = 4;        // and how much larger than its first triangle it may be
+
+/// Finds the triangles of a surface in a box.
+class FacesNear {
+public:
+  /// @param asked  how many triangles are looked at: of many a tree of its own pays
+  FacesNear(const SurfaceQuery& surface, std::size_t asked) : surface_(surface), grid_(surface.mesh()) {
+    constexpr std::size_t kPays = 16;  // triangles of the surface for one that is looked at
+    if (kPays * asked >= surface.mesh().triangles.size()) tree_.emplace(grid_, surface.mesh());
+  }
+
+  const SurfaceQuery& surface() const { return surface_; }
+  const CellGrid& grid() const { return grid_; }
+
+  /// Maybe some more; in an order that depends on the surface alone.
+  void find(const Eigen::AlignedBox3d& box, std::vector<int>& found) const {
+    if (tree_) return tree_->meeting(grid_.around(box), found);
+    surface_.triangles_near(box.center(), 0.5 * box.diagonal().norm(), found);
+    std::sort(found.begin(), found.end());
+  }
+
+private:
+  const SurfaceQuery& surface_;
+  CellGrid grid_;
+  std::optional<BoxesInEights> tree_;
+};
+
+Eigen::AlignedBox3d grown(const Eigen::AlignedBox3d& box, double by_mm) {
+  return {box.min() - Vector3d::Constant(by_mm), box.max() + Vector3d::Constant(by_mm)};
+}
 
 /// A triangle of the surface with its plane.
 struct Face {
@@ -67,10 +100,10 @@ bool kept_apart(const Corners3& p, const Corners3& q, double limit_mm) {
   return false;
 }
 
-/// Up to eight triangles of the mesh and what of the surface is near them.
+/// Some triangles of the mesh and what of the surface is near them.
 class Cluster {
 public:
-  Cluster(const Mesh& mesh, const SurfaceQuery& surface) : mesh_(mesh), surface_(surface) {}
+  Cluster(const Mesh& mesh, const FacesNear& near) : mesh_(mesh), near_(near), surface_(near.surface()) {}
 
   /// Takes as many of the triangles from `begin` on as lie together. @returns how many
   std::size_t take(const int* begin, const int* end) {
@@ -97,23 +130,25 @@ public:
     centre_ = box.center();
     points_.resize(static_cast<Eigen::Index>(used), 3);
     for (std::size_t n = 0; n < used; ++n) points_.row(static_cast<Eigen::Index>(n)) = mesh_.vertices[vertices[n]] - centre_;
-    radius_mm_ = points_.rowwise().norm().maxCoeff();
     return count;
   }
 
   /// Finds the faces that may be nearer than `limit_mm` to one of its triangles.
   void look_around(double limit_mm) {
-    surface_.triangles_near(centre_, limit_mm + radius_mm_, found_);
-    std::erase_if(found_, [&](int t) { return distance2(box_of(corners_of(surface_.mesh(), t)), box_) >= limit_mm * limit_mm; });
-    std::sort(found_.begin(), found_.end());
+    near_.find(grown(box_, limit_mm), found_);
     faces_.clear();
+    boxes_.clear();
     for (const int t : found_) {
       const Corners3 corners = corners_of(surface_.mesh(), t);
+      const Eigen::AlignedBox3d box = box_of(corners);
+      if (distance2(box, box_) >= limit_mm * limit_mm) continue;
       const Vector3d normal = safe_normal(corners);
       const double height = normal.dot(corners[0] - centre_);
       const auto along = (points_.col(0) * normal.x() + points_.col(1) * normal.y() + points_.col(2) * normal.z()).eval();
       if (along.minCoeff() - height >= limit_mm || height - along.maxCoeff() >= limit_mm) continue;
-      faces_.push_back({t, corners, box_of(corners), normal});
+      if (faces_.size() % kEight == 0) boxes_.emplace_back();
+      boxes_.back().set(faces_.size() % kEight, near_.grid().around(box));
+      faces_.push_back({t, corners, box, normal});
     }
   }
 
@@ -121,36 +156,48 @@ public:
   NearestPair nearest(std::size_t k, double limit_mm) const {
     NearestPair best;
     if (faces_.empty()) return best;
-    const Corners3 own = corners_of(mesh_, first_[k]);
-    const Eigen::AlignedBox3d box = box_of(own);
-    const Vector3d normal = safe_normal(own);
-    for (const Face& face : faces_) {
-      const double farther = surface_.farther().of(face.triangle);
-      const double limit = std::min(limit_mm, best.distance_mm) - farther;
-      if (limit <= 0) continue;
-      if (distance2(box, face.box) >= limit * limit) continue;
-      if (clearance(face.corners[0], face.normal, own) >= limit || clearance(own[0], normal, face.corners) >= limit ||
-          kept_apart(own, face.corners, limit))
-        continue;
-      NearestPair pair = triangle_distance(own, face.corners);
-      if (pair.distance_mm >= limit) continue;
-      if (farther > 0 && pair.distance_mm > 0) pair.on_second += farther / pair.distance_mm * (pair.on_second - pair.on_first);
-      pair.distance_mm += farther;
-      best = pair;
-    }
+    const Own own(corners_of(mesh_, first_[k]));
+    const CellBox cells = near_.grid().around(grown(own.box, limit_mm));
+    for (std::size_t eight = 0; eight < boxes_.size(); ++eight)
+      for (std::uint32_t bits = meeting(boxes_[eight], cells); bits != 0; bits &= bits - 1)
+        consider(own, faces_[eight * kEight + static_cast<std::size_t>(std::countr_zero(bits))], limit_mm, best);
     return best;
   }
 
 private:
+  /// One of the triangles of the mesh.
+  struct Own {
+    Corners3 corners;
+    Eigen::AlignedBox3d box;
+    Vector3d normal;
+    explicit Own(const Corners3& c) : corners(c), box(box_of(c)), normal(safe_normal(c)) {}
+  };
+
+  /// Makes a face the nearest if it is nearer than that and the limit.
+  void consider(const Own& own, const Face& face, double limit_mm, NearestPair& best) const {
+    const double farther = surface_.farther().of(face.triangle);
+    const double limit = std::min(limit_mm, best.distance_mm) - farther;
+    if (limit <= 0 || distance2(own.box, face.box) >= limit * limit) return;
+    if (clearance(face.corners[0], face.normal, own.corners) >= limit ||
+        clearance(own.corners[0], own.normal, face.corners) >= limit || kept_apart(own.corners, face.corners, limit))
+      return;
+    NearestPair pair = triangle_distance(own.corners, face.corners);
+    if (pair.distance_mm >= limit) return;
+    if (farther > 0 && pair.distance_mm > 0) pair.on_second += farther / pair.distance_mm * (pair.on_second - pair.on_first);
+    pair.distance_mm += farther;
+    best = pair;
+  }
+
   const Mesh& mesh_;
+  const FacesNear& near_;
   const SurfaceQuery& surface_;
   const int* first_ = nullptr;                                                      ///< of its triangles
   Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, 3 * kMost, 3> points_;  ///< their corners, from the centre
   Eigen::AlignedBox3d box_;
   Vector3d centre_ = Vector3d::Zero();
-  double radius_mm_ = 0;
   std::vector<int> found_;
   std::vector<Face> faces_;
+  std::vector<EightBoxes> boxes_;  ///< of the faces
 };
 
 }  // namespace
@@ -180,10 +227,11 @@ double smallest_gap(const Mesh& mesh, const SurfaceQuery& surface, const Progres
     for (std::size_t t = begin; t < end; t += kEvery)
       found = std::min(found, surface.closest(mesh.corner(t, 0), found).distance_mm);
   });
+  const FacesNear near(surface, mesh.triangles.size());
   over_blocks([&](std::size_t begin, std::size_t end, double& found) {
     std::vector<int> triangles;
     for (std::size_t t = begin; t < end; ++t) triangles.push_back(static_cast<int>(t));
-    Cluster cluster(mesh, surface);
+    Cluster cluster(mesh, near);
     for (const int* at = triangles.data(); at != triangles.data() + triangles.size() && found > 0;) {
       const std::size_t count = cluster.take(at, triangles.data() + triangles.size());
       cluster.look_around((1 - 1e-9) * found);
@@ -196,9 +244,10 @@ double smallest_gap(const Mesh& mesh, const SurfaceQuery& surface, const Progres
 
 std::vector<Gap> gaps_below(const Mesh& mesh, const std::vector<int>& chosen, const SurfaceQuery& surface, double limit_mm) {
   constexpr std::size_t kBlock = 1024;
+  const FacesNear near(surface, chosen.size());
   std::vector<std::vector<Gap>> found((chosen.size() + kBlock - 1) / kBlock);
   tbb::parallel_for(std::size_t{0}, found.size(), [&](std::size_t b) {
-    Cluster cluster(mesh, surface);
+    Cluster cluster(mesh, near);
     const int* const end = chosen.data() + std::min((b + 1) * kBlock, chosen.size());
     for (const int* at = chosen.data() + b * kBlock; at != end;) {
       const std::size_t count = cluster.take(at, end);
