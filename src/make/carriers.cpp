@@ -20,13 +20,23 @@ constexpr double kSpare_rad = 2 * std::numbers::pi / 180;
 /// So much more within two radii of the pillar, where a cone is bent most and chords along it are flatter than it.
 constexpr double kSpareBelow_rad = 8 * std::numbers::pi / 180;
 constexpr int kSides = 16;
+/// By so much of half a cell roofs are lower at its corners than planes through its middle, at most, as they are bent.
+constexpr double kBent = 0.2;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// What of a roof one ray sees.
 struct Roof {
   Eigen::Vector3d at;
   double area_mm2;
-  double room_mm;  ///< so much higher it may come to lie yet
+  double room_mm;                   ///< so much higher it may come to lie yet
+  std::array<double, 4> corner_mm;  ///< how high it is, at least, at the corners of the ray's cell: see corners()
 };
+
+/// Of a cell, in half its width.
+const std::array<Eigen::Vector2d, 4>& corners() {
+  static const std::array<Eigen::Vector2d, 4> all = {{{-1, -1}, {1, -1}, {-1, 1}, {1, 1}}};
+  return all;
+}
 
 /// A cone on a pillar, as printed.
 struct Carrier {
@@ -41,8 +51,7 @@ struct Shape {
   double radius_mm;  ///< of pillars
   double slope;      ///< of cones, height over width
   double steep;      ///< of their lower ends
-  double margin_mm;  ///< half the diagonal of a cell
-  double sag_mm;     ///< by which a roof may come down within that
+  double half_mm;    ///< half the width of a cell
 
   double underside_mm(const Carrier& c, double distance_mm) const {
     return distance_mm < radius_mm ? c.foot_mm : c.neck_mm + rise_mm(distance_mm);
@@ -52,8 +61,14 @@ struct Shape {
     const double beside = std::max(0.0, distance_mm - radius_mm);
     return beside * slope + std::min(beside, radius_mm) * (steep - slope);
   }
-  /// The highest neck with which a roof at that distance is carried.
-  double neck_for(double roof_mm, double distance_mm) const { return roof_mm - sag_mm - rise_mm(distance_mm + margin_mm); }
+  /// The highest neck with which a roof is carried, all over its cell: a cone rises more than what it carries, so that is decided
+  /// at a corner of the cell.
+  double neck_for(const Roof& roof, const Eigen::Vector2d& axis) const {
+    double neck_mm = kInfinity;
+    for (std::size_t k = 0; k < 4; ++k)
+      neck_mm = std::min(neck_mm, roof.corner_mm[k] - rise_mm((roof.at.head<2>() + half_mm * corners()[k] - axis).norm()));
+    return neck_mm;
+  }
 };
 
 Eigen::Vector3d normal_at(const KeptSolid& solid, const Carrying& how, const Eigen::Vector3d& p, bool of_domain) {
@@ -72,8 +87,9 @@ public:
         domain_(inner_domain(solid, {how.wall_mm, how.spacing_mm, how.spacing_mm, 0}, progress).rays),
         cavity_(how.within ? positive_part(domain_, *how.within) : domain_),
         shape_{how.radius_mm(), std::tan(how.angle_rad + kSpare_rad), std::tan(how.angle_rad + kSpare_rad + kSpareBelow_rad),
-               0.5 * std::numbers::sqrt2 * how.spacing_mm, 0.5 * std::numbers::sqrt2 * how.spacing_mm * std::tan(how.angle_rad)} {
+               0.5 * how.spacing_mm} {
     find_roofs();
+    lower_corners();
   }
 
   Carriers plan() {
@@ -85,6 +101,7 @@ public:
       left_[ray].assign(domain_.intervals.begin() + domain_.first[ray], domain_.intervals.begin() + domain_.first[ray + 1]);
     carried_.assign(roofs_.size(), 0);
     choose();
+    raise();
     for (const Carrier& carrier : chosen_) result.bones.push_back(bone(carrier));
     return result;
   }
@@ -103,15 +120,44 @@ private:
           const bool of_domain =
               std::any_of(domain_.intervals.begin() + domain_.first[ray], domain_.intervals.begin() + domain_.first[ray + 1],
                           [top_mm](const Interval& whole) { return whole.hi == top_mm; });
-          const double up = normal_at(solid_, how_, at, of_domain).z();
+          const Eigen::Vector3d normal = normal_at(solid_, how_, at, of_domain);
+          const double up = normal.z();
           if (up <= std::cos(how_.angle_rad) * (1 + 1e-4)) continue;
-          rows[j].push_back({at, cavity_.grid.cell_area_mm2() / up, of_domain ? 0 : how_.wall_mm});
+          rows[j].push_back({at, cavity_.grid.cell_area_mm2() / up, of_domain ? 0 : how_.room_mm, {}});
+          for (std::size_t k = 0; k < 4; ++k)
+            rows[j].back().corner_mm[k] =
+                top_mm - shape_.half_mm * (normal.head<2>().dot(corners()[k]) / up + kBent * std::tan(how_.angle_rad));
           ++count[ray];
         }
     });
     first_.assign(1, 0);
     for (const std::uint32_t n : count) first_.push_back(first_.back() + n);
     for (const auto& row : rows) roofs_.insert(roofs_.end(), row.begin(), row.end());
+  }
+
+  /// Where the planes of roofs side by side are not equally high at the corner that they share, it is as high as the lowest.
+  void lower_corners() {
+    std::vector<std::array<double, 4>> lowest;
+    for (const Roof& roof : roofs_) lowest.push_back(roof.corner_mm);
+    const double near_mm = 4 * shape_.half_mm * std::tan(how_.angle_rad);
+    const std::size_t columns = static_cast<std::size_t>(cavity_.grid.nx);
+    for (const std::size_t step : {std::size_t{1}, columns, columns + 1, columns - 1})
+      for (std::size_t ray = 0; ray + step + 1 < first_.size(); ++ray)
+        for (std::uint32_t a = first_[ray]; a < first_[ray + 1]; ++a)
+          for (std::uint32_t b = first_[ray + step]; b < first_[ray + step + 1]; ++b) share_corners(a, b, near_mm, lowest);
+    for (std::size_t n = 0; n < roofs_.size(); ++n) roofs_[n].corner_mm = lowest[n];
+  }
+
+  void share_corners(std::uint32_t a, std::uint32_t b, double near_mm, std::vector<std::array<double, 4>>& lowest) const {
+    if (std::abs(roofs_[a].at.z() - roofs_[b].at.z()) > near_mm) return;
+    const Eigen::Vector2d apart = (roofs_[b].at - roofs_[a].at).head<2>() / shape_.half_mm;
+    for (std::size_t i = 0; i < 4; ++i)
+      for (std::size_t j = 0; j < 4; ++j)
+        if ((corners()[i] - corners()[j] - apart).squaredNorm() < 0.1) {
+          const double low = std::min(roofs_[a].corner_mm[i], roofs_[b].corner_mm[j]);
+          lowest[a][i] = std::min(lowest[a][i], low);
+          lowest[b][j] = std::min(lowest[b][j], low);
+        }
   }
 
   /// Calls visit(ray, distance) for the rays within a radius of an axis.
@@ -128,12 +174,19 @@ private:
       }
   }
 
+  bool carries(const Carrier& c, const Roof& roof, double distance_mm) const {
+    if (roof.at.z() - shape_.rise_mm(distance_mm) < c.neck_mm) return false;  // not even at the ray
+    return shape_.neck_for(roof, c.axis) >= c.neck_mm;
+  }
+
   /// Calls visit(roof) for those that the carrier carries, if its top is not too low for them.
   template <typename Visit>
   void each_carried(const Carrier& c, double reach_mm, const Visit& visit) const {
+    // What is much higher, on another floor, is for others.
+    const double highest_mm = c.neck_mm + 1.5 * shape_.rise_mm(reach_mm);
     around(c.axis, reach_mm, [&](std::size_t ray, double distance_mm) {
       for (std::uint32_t n = first_[ray]; n < first_[ray + 1]; ++n)
-        if (!carried_[n] && shape_.neck_for(roofs_[n].at.z(), distance_mm) >= c.neck_mm) visit(n);
+        if (!carried_[n] && roofs_[n].at.z() <= highest_mm && carries(c, roofs_[n], distance_mm)) visit(n);
     });
   }
 
@@ -199,7 +252,7 @@ private:
 
   std::vector<Carrier> candidates(std::vector<double>& reach_mm) const {
     constexpr std::array<double, 7> kReach = {1.6, 2.3, 3.3, 4.8, 7, 10, 14};  // of the radius
-    const int step = std::max(1, static_cast<int>(std::lround(shape_.radius_mm / how_.spacing_mm)));
+    const int step = std::max(1, static_cast<int>(std::lround(2 * shape_.radius_mm / how_.spacing_mm)));
     const auto columns = static_cast<std::size_t>(cavity_.grid.nx);
     std::vector<Carrier> all;
     for (std::size_t ray = 0; ray + 1 < first_.size(); ++ray) {
@@ -209,7 +262,8 @@ private:
           Carrier c;
           c.ray = ray;
           c.axis = cavity_.grid.at(ray);
-          c.neck_mm = shape_.neck_for(roofs_[n].at.z(), reach * shape_.radius_mm);
+          c.neck_mm = *std::min_element(roofs_[n].corner_mm.begin(), roofs_[n].corner_mm.end()) -
+                      shape_.rise_mm(reach * shape_.radius_mm + shape_.half_mm);
           all.push_back(c);
           reach_mm.push_back(1.5 * reach * shape_.radius_mm);
         }
@@ -251,10 +305,71 @@ private:
     Carrier c;
     c.ray = ray;
     c.axis = cavity_.grid.at(ray);
-    c.neck_mm = shape_.neck_for(roof.at.z(), 0);
+    c.neck_mm = shape_.neck_for(roof, c.axis);
     set_foot(c);
     worth(c, shape_.radius_mm);
     take(c);
+  }
+
+  /// The roofs that a carrier carries, whatever others do.
+  std::vector<std::uint32_t> all_carried(const Carrier& c) const {
+    std::vector<std::uint32_t> found;
+    around(c.axis, reach_of(c) + shape_.radius_mm, [&](std::size_t ray, double distance_mm) {
+      for (std::uint32_t n = first_[ray]; n < first_[ray + 1]; ++n)
+        if (roofs_[n].at.z() + roofs_[n].room_mm <= c.top_mm && carries(c, roofs_[n], distance_mm)) found.push_back(n);
+    });
+    return found;
+  }
+
+  /// With carriers taken later, those taken before may have less to carry than they were meant to: each in turn, the last one
+  /// first, is left out or made as small as what it carries alone lets it be.
+  void raise() {
+    constexpr int kSweeps = 3;
+    std::vector<int> by(roofs_.size(), 0);
+    std::vector<std::vector<std::uint32_t>> of;
+    for (const Carrier& c : chosen_) {
+      of.push_back(all_carried(c));
+      for (const std::uint32_t n : of.back()) ++by[n];
+    }
+    for (int sweep = 0; sweep < kSweeps; ++sweep)
+      for (std::size_t k = chosen_.size(); k-- > 0;) {
+        progress_.check();
+        for (const std::uint32_t n : of[k]) --by[n];
+        std::erase_if(of[k], [&](std::uint32_t n) { return by[n] > 0; });
+        if (of[k].empty()) continue;
+        chosen_[k] = smallest(chosen_[k], of[k]);
+        of[k] = all_carried(chosen_[k]);
+        for (const std::uint32_t n : of[k]) ++by[n];
+      }
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < chosen_.size(); ++k)
+      if (!of[k].empty()) chosen_[kept++] = chosen_[k];
+    chosen_.resize(kept);
+  }
+
+  /// The carrier of these roofs with the highest neck, its axis on a ray not far from where it was.
+  Carrier smallest(Carrier c, const std::vector<std::uint32_t>& roofs) const {
+    const auto neck_at = [&](const Eigen::Vector2d& axis) {
+      double neck_mm = kInfinity;
+      for (const std::uint32_t n : roofs) neck_mm = std::min(neck_mm, shape_.neck_for(roofs_[n], axis));
+      return neck_mm;
+    };
+    c.neck_mm = neck_at(c.axis);
+    for (double step_mm = 16 * shape_.half_mm; step_mm > shape_.half_mm;) {
+      bool any = false;
+      for (const Eigen::Vector2d& to :
+           {Eigen::Vector2d(1, 0), Eigen::Vector2d(-1, 0), Eigen::Vector2d(0, 1), Eigen::Vector2d(0, -1)})
+        if (const double neck_mm = neck_at(c.axis + step_mm * to); neck_mm > c.neck_mm) {
+          c.axis += step_mm * to;
+          c.neck_mm = neck_mm;
+          any = true;
+        }
+      if (!any) step_mm /= 2;
+    }
+    c.top_mm = c.neck_mm;
+    for (const std::uint32_t n : roofs) c.top_mm = std::max(c.top_mm, roofs_[n].at.z() + roofs_[n].room_mm);
+    set_foot(c);
+    return c;
   }
 
   /// What is its clearance away from the carrier's surface; a pillar that begins outside of the body has no foot.

@@ -14,6 +14,7 @@ struct Carrying {
   double angle_rad = 0;  ///< they rise at least so much from the horizontal
   double wall_mm = 1.2;
   double pillar_mm = 1.2;         ///< so thick are pillars at least
+  double room_mm = 1.2;           ///< so much higher roofs that are not the inner domain's may come to lie yet
   double spacing_mm = 0.5;        ///< of the rays on which roofs are looked for
   std::optional<Moments> within;  ///< of the inner domain only where q.phi > 0; none: all of it
 

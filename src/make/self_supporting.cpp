@@ -15,7 +15,9 @@
 namespace rayrep::detail {
 namespace {
 
-constexpr int kMostRounds = 6;
+constexpr int kMostRounds = 8;
+/// So many of them begin anew on all of the inner domain: what was carried for earlier cuts only takes room.
+constexpr int kAnew = 3;
 /// Of the cavity's surface: roofs that are flatter and may be left, as rays see them.
 constexpr double kLeft = 0.001;
 
@@ -67,6 +69,9 @@ bool carries_itself(const Moments& q, double angle_rad, double size_mm) {
   return -gradient.z() <= std::cos(angle_rad) * gradient.norm();
 }
 
+/// Whether there may be another way.
+bool is_refusal(const Error& error) { return error.code() == ErrorCode::goal || error.code() == ErrorCode::solver; }
+
 /// What is asked for, along one direction.
 struct Wanted {
   const Mesh& solid;
@@ -89,34 +94,76 @@ struct Slimmed {
   Planned planned;
   HollowOptions options;  ///< with what is kept solid for it
   std::size_t carriers = 0;
+  bool carried = false;  ///< every roof is; else the last cut has some that nobody looked at
 };
 
+bool carries_itself(const Planned& planned, const Wanted& wanted) {
+  const Body& body = *planned.plan.body;
+  return carries_itself(PrintFrame(body, wanted.direction).quadric(planned.solved.q), wanted.angle_rad, body.size_mm);
+}
+
+/// What carries the roofs of a plan's cavity.
+Carriers carriers_of(const Planned& planned, const Wanted& wanted, const Carrying& how, const Progress& progress) {
+  progress.begin("domain");
+  const PrintFrame frame(*planned.plan.body, wanted.direction);
+  Carriers found = carriers(frame.solid(), how, progress);
+  for (Mesh& bone : found.bones) bone = frame.in_given_frame(bone);
+  return found;
+}
+
+/// How they are carried that stand in the way of a cut which may rise by so much yet.
+Carrying carrying(const Wanted& wanted, const Body& body, double room_mm) {
+  const Print& print = print_of(wanted.spec);
+  return {.angle_rad = wanted.angle_rad,
+          .wall_mm = print.wall_mm,
+          .pillar_mm = pillar_mm(print, body.size_mm),
+          .room_mm = room_mm,
+          .spacing_mm = std::min(std::max(body.size_mm / 160, print.wall_mm / 3), print.wall_mm / 2),
+          .within = {}};
+}
+
 /// Plans on less and less, from a plan on all of the inner domain.
-Slimmed slimmed(const Wanted& wanted, const Planned& all, const HollowOptions& options, const Progress& progress) {
-  Slimmed result{all, options, 0};
-  for (int round = 0; round < kMostRounds; ++round) {
-    progress.begin("domain");
-    const std::shared_ptr<const Body> before = result.planned.plan.body;  // which the next plan lets go of
-    const Body& body = *before;
-    const PrintFrame frame(body, wanted.direction);
-    const Moments q = frame.quadric(result.planned.solved.q);
-    const bool cut_is_no_roof = carries_itself(q, wanted.angle_rad, body.size_mm);
-    const double wall_mm = print_of(wanted.spec).wall_mm;
-    Carrying how{.angle_rad = wanted.angle_rad,
-                 .wall_mm = wall_mm,
-                 .pillar_mm = pillar_mm(print_of(wanted.spec), body.size_mm),
-                 .spacing_mm = std::min(std::max(body.size_mm / 160, wall_mm / 3), wall_mm / 2),
-                 .within = {}};
-    if (!cut_is_no_roof) how.within = q;
-    const Carriers found = carriers(frame.solid(), how, progress);
-    if (found.roof_mm2 <= kLeft * found.surface_mm2) break;
-    result.carriers += found.bones.size();
-    for (const Mesh& bone : found.bones) result.options.pillars.push_back(frame.in_given_frame(bone));
-    result.options.pillar_clearance_mm = how.clearance_mm();
+Slimmed slimmed(const Wanted& wanted, const Planned& all, const HollowOptions& options, double room_mm, const Progress& progress) {
+  Slimmed result{all, options};
+  Carrying how = carrying(wanted, *all.plan.body, room_mm);
+  result.options.pillar_clearance_mm = how.clearance_mm();
+  for (int round = 0; round < kMostRounds && !result.carried; ++round) {
+    const bool anew = round < kAnew;
+    const Planned& before = anew ? all : result.planned;
+    const bool cut_is_no_roof = carries_itself(result.planned, wanted);
+    how.within.reset();
+    if (!cut_is_no_roof) how.within = PrintFrame(*before.plan.body, wanted.direction).quadric(result.planned.solved.q);
+    const Carriers found = carriers_of(before, wanted, how, progress);
+    if (!anew || round == 0) result.carried = found.roof_mm2 <= kLeft * found.surface_mm2;
+    if (result.carried) break;
+    if (anew) result.options.pillars = options.pillars;
+    result.options.pillars.insert(result.options.pillars.end(), found.bones.begin(), found.bones.end());
     result.planned = planned(wanted.solid, wanted.spec, result.options, progress);
-    if (cut_is_no_roof && carries_itself(frame.quadric(result.planned.solved.q), wanted.angle_rad, body.size_mm)) break;
+    result.carried = cut_is_no_roof && carries_itself(result.planned, wanted);
   }
+  result.carriers = result.options.pillars.size() - options.pillars.size();
   return result;
+}
+
+/// Where the cut is a roof, with little room for it to rise; with more, where that comes to no end or leaves too little.
+Slimmed slimmed(const Wanted& wanted, const Planned& all, const HollowOptions& options, const Progress& progress) {
+  constexpr double kMoreRoom = 4;
+  const double wall_mm = print_of(wanted.spec).wall_mm;
+  if (carries_itself(all, wanted)) return slimmed(wanted, all, options, wall_mm, progress);
+  std::optional<Slimmed> first;
+  try {
+    first = slimmed(wanted, all, options, wall_mm, progress);
+    if (first->carried) return *first;
+  } catch (const Error& error) {
+    if (!is_refusal(error)) throw;
+  }
+  try {
+    Slimmed second = slimmed(wanted, all, options, kMoreRoom * wall_mm, progress);
+    return first && !second.carried ? *first : second;
+  } catch (const Error& error) {
+    if (!first || !is_refusal(error)) throw;
+  }
+  return *first;
 }
 
 std::string degrees_words(const Print& print) { return shown(print.self_supporting_deg) + " degrees"; }
@@ -146,7 +193,7 @@ Eigen::Vector3d best_direction(const std::vector<Eigen::Vector3d>& directions, c
       best = direction;
       least = cost;
     } catch (const Error& error) {
-      if (error.code() != ErrorCode::goal && error.code() != ErrorCode::solver) throw;
+      if (!is_refusal(error)) throw;
     }
   return best.value_or(directions.front());
 }
