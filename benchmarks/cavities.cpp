@@ -92,12 +92,7 @@ std::vector<Task> tasks_of(const TableOptions& options) {
        {std::pair{"duck.stl", "float"}, {"bird.stl", "spin"}, {"heart.stl", "float"}, {"teapot.stl", "stand"}})
     tasks.push_back({{options.examples / file}, goal});
   if (options.quick) tasks.resize(1);
-  if (options.meshes.empty()) return tasks;
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(options.meshes))
-    if (const std::string ending = entry.path().extension(); ending != ".md" && ending != ".json") files.push_back(entry.path());
-  std::sort(files.begin(), files.end());
-  for (const fs::path& file : files) tasks.push_back({{file, Vector3d::UnitZ(), 80}, "float"});
+  for (const fs::path& file : meshes_in(options.meshes)) tasks.push_back({{file, Vector3d::UnitZ(), 80}, "float"});
   return tasks;
 }
 
@@ -105,15 +100,6 @@ Spec spec_of(const std::string& goal) {
   if (goal == "spin") return SpinSpec{};
   if (goal == "stand") return StandSpec{};
   return FloatSpec{};
-}
-
-/// None where it is not closed, which is not what this table is about.
-std::optional<Mesh> closed(const Shape& shape) {
-  try {
-    return load(shape);
-  } catch (const Error&) {
-    return std::nullopt;
-  }
 }
 
 }  // namespace

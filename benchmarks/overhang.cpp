@@ -1,7 +1,9 @@
 #include "overhang.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "judge/overhang.h"
 #include "judge/verify_detail.h"
@@ -43,7 +45,7 @@ const std::array<Direction, 3>& directions() {
   return all;
 }
 
-Spec spec_of(const std::string& goal, const Vector3d& direction) {
+Spec spec_of(const std::string& goal) {
   Spec spec = FloatSpec{};
   if (goal == "spin") spec = SpinSpec{};
   if (goal == "stand") spec = StandSpec{};
@@ -53,6 +55,10 @@ Spec spec_of(const std::string& goal, const Vector3d& direction) {
     spec = stand;
   }
   if (goal == "dice") spec = DiceSpec{};
+  return spec;
+}
+
+Spec self_supporting(Spec spec, const std::optional<Vector3d>& direction) {
   Print& print = print_of(spec);
   print.self_supporting_deg = kAngle_deg;
   print.direction = direction;
@@ -66,13 +72,20 @@ void take_price(const HollowResult& result, Record& r) {
         if (const double* number = std::get_if<double>(&value)) r.more[name] = *number;
 }
 
-void measure(const Mesh& solid, const Spec& spec, Record& r) {
+HollowResult made(const Mesh& solid, const Spec& spec, int resolution, double& seconds) {
   HollowOptions options;
-  options.resolution = r.resolution;
+  options.resolution = resolution;
   options.as_stored = [](const Mesh& mesh) { return as_stored("body.stl", mesh); };
   const double begin = now_s();
-  const HollowResult result = hollow(solid, spec, options);
-  r.seconds = spread({now_s() - begin});
+  HollowResult result = hollow(solid, spec, options);
+  seconds = now_s() - begin;
+  return result;
+}
+
+void measure(const Mesh& solid, const Spec& spec, Record& r) {
+  double seconds = 0;
+  const HollowResult result = made(solid, spec, r.resolution, seconds);
+  r.seconds = spread({seconds});
   const Mesh body = result.delivery.body();
   r.status = verify(result.delivery, &solid, result.spec).pass() ? "converged" : "judged to fail";
   r.more["as built"] = result.as_built_error;
@@ -87,7 +100,86 @@ void measure(const Mesh& solid, const Spec& spec, Record& r) {
   r.more["pillar_mm"] = found.pillar_mm.value_or(kUnknown);
 }
 
+double value_of(const Figures& figures, const std::string& name) {
+  for (const Figure& figure : figures)
+    if (const double* value = figure.name == name ? std::get_if<double>(&figure.value) : nullptr) return *value;
+  return kUnknown;
+}
+
+/// What the goal is about, the more of it the better; unknown of those that are met or not.
+double goal_figure(const Figures& figures) {
+  if (const double gm_mm = value_of(figures, "metacentric_height_mm"); std::isfinite(gm_mm)) return gm_mm;
+  if (const double tips_rad = value_of(figures, "smallest_tipping_angle_rad"); std::isfinite(tips_rad)) return tips_rad / kDegree;
+  return value_of(figures, "ratio_to_larger_lateral");
+}
+
+/// What one of a pair comes to. @param when  "before " or "after "
+void take_roofs(const Mesh& solid, const HollowResult& result, double seconds, const std::string& when, Record& r) {
+  const Verdict verdict = verify(result.delivery, &solid, result.spec);
+  if (!verdict.pass()) r.status = when + "judged to fail";
+  r.more[when + "share"] = value_of(verdict.figures, "roof_share");
+  r.more[when + "bridge"] = value_of(verdict.figures, "widest_bridge_mm");
+  r.more[when + "islands"] = value_of(verdict.figures, "hanging_islands");
+  r.more[when + "triangles"] = static_cast<double>(result.delivery.body().triangles.size() - solid.triangles.size());
+  r.more[when + "seconds"] = seconds;
+  r.more[when + "goal"] = goal_figure(verdict.figures);
+  r.more[when + "as built"] = result.as_built_error;
+}
+
+void measure_pair(const Mesh& solid, const Spec& spec, Record& r) {
+  r.status = "converged";
+  double seconds = 0;
+  HollowResult before = made(solid, spec, r.resolution, seconds);
+  const double before_s = seconds;
+  try {
+    const HollowResult after = made(solid, self_supporting(spec, {}), r.resolution, seconds);
+    take_roofs(solid, after, seconds, "after ", r);
+    take_price(after, r);
+    print_of(before.spec).direction = print_of(after.spec).direction;
+  } catch (const Error& error) {
+    r.note = error.what();
+  }
+  take_roofs(solid, before, before_s, "before ", r);
+}
+
+struct Body {
+  Shape shape;
+  std::string goal;
+};
+
+std::vector<Body> bodies(const TableOptions& options) {
+  std::vector<Body> all;
+  for (const Task& task : kTasks) all.push_back({{options.examples / task.file}, task.goal});
+  if (options.quick) all.resize(1);
+  for (const std::filesystem::path& file : meshes_in(options.meshes)) all.push_back({{file, Vector3d::UnitZ(), 80}, "float"});
+  return all;
+}
+
 }  // namespace
+
+std::vector<Record> measure_roofs(const TableOptions& options) {
+  std::vector<Record> records;
+  for (const Body& body : bodies(options)) {
+    const std::optional<Mesh> solid = closed(body.shape);
+    if (!solid) continue;
+    Record r;
+    r.table = "roofs";
+    r.mesh = body.shape.path.filename();
+    r.goal = body.goal;
+    r.solver = "without and with";
+    r.resolution = options.quick ? 40 : 100;
+    try {
+      measure_pair(*solid, spec_of(body.goal), r);
+    } catch (const Error& error) {
+      r.status = "refused";
+      r.note = error.what();
+      r.note.erase(std::min(r.note.find(". "), r.note.size()));
+    }
+    if (options.each) options.each(r);
+    records.push_back(std::move(r));
+  }
+  return records;
+}
 
 std::vector<Record> measure_overhang(const TableOptions& options) {
   std::vector<Record> records;
@@ -101,7 +193,7 @@ std::vector<Record> measure_overhang(const TableOptions& options) {
       r.solver = direction.name;
       r.resolution = options.quick ? 40 : 100;
       try {
-        measure(solid, spec_of(task.goal, direction.up), r);
+        measure(solid, self_supporting(spec_of(task.goal), direction.up), r);
       } catch (const Error& error) {
         r.status = "refused";
         r.note = error.what();

@@ -12,4 +12,9 @@ namespace rayrep::bench {
 /// what it costs of the goal and of the room inside.
 std::vector<Record> measure_overhang(const TableOptions& options);
 
+/// The same ten bodies and all closed ones of options.meshes (float, 80 mm long), without and with self-supporting cavities, at
+/// N = 100: roofs flatter than 45 degrees, widest bridge, islands, triangles, seconds, and the figure that the goal is about. Both
+/// are judged along the direction in which the self-supporting one is printed.
+std::vector<Record> measure_roofs(const TableOptions& options);
+
 }  // namespace rayrep::bench

@@ -41,6 +41,23 @@ Mesh load(const Shape& shape) {
   return mesh;
 }
 
+std::optional<Mesh> closed(const Shape& shape) {
+  try {
+    return load(shape);
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+std::vector<std::filesystem::path> meshes_in(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files;
+  if (folder.empty()) return files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    if (const std::string ending = entry.path().extension(); ending != ".md" && ending != ".json") files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
 Problem problem_of(const Shape& shape, Spec spec, const HollowOptions& options) {
   std::visit([&shape](auto& s) { s.up = shape.up; }, spec);
   const SpinSpec* spin = std::get_if<SpinSpec>(&spec);

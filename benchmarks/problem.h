@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "make/plan.h"
 #include "rayrep/make/hollow.h"
@@ -23,6 +24,11 @@ struct Shape {
 
 /// The checked, scaled solid. @throws Error{input}
 Mesh load(const Shape& shape);
+/// The same; none where it is not closed.
+std::optional<Mesh> closed(const Shape& shape);
+
+/// The meshes of a folder, by name; of no folder none.
+std::vector<std::filesystem::path> meshes_in(const std::filesystem::path& folder);
 
 /// A plan as `hollow` would carry it out: inner domain, shell, goal, scales and Ipopt's options. A comparison of solvers is a loop
 /// over one Problem.

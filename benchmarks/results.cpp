@@ -142,6 +142,7 @@ public:
     quality();
     cavities();
     overhang();
+    roofs();
     growth();
     teapot();
     sliced();
@@ -478,6 +479,57 @@ private:
                 significant(100 * r->extra("inner_domain_kept"), 3) + " %", significant(100 * r->extra("price"), 3) + " %",
                 significant(r->extra("as built"), 2), significant(r->seconds.median, 3), r->converged() ? "VERIFIED" : r->status});
     }
+  }
+
+  void roofs() {
+    const Records records = store_.table("roofs");
+    if (records.empty()) return;
+    out_.line("");
+    out_.line("## Roofs with and without `--self-supporting`");
+    out_.line("");
+    out_.line(
+        "N = 100; each cell without and with `--self-supporting` (45 degrees), both judged along the direction in which the latter "
+        "is");
+    out_.line(
+        "printed. Share of the cavity's surface with roofs flatter than 45 degrees; widest bridge in a layer of 0.2 mm; pieces "
+        "that "
+        "begin");
+    out_.line(
+        "in mid-air; triangles of the cavity; seconds of making it; what the goal is about: metacentric height in mm (float), "
+        "smallest");
+    out_.line(
+        "tipping angle in degrees (stand), axial over larger lateral moment (spin); what of the room inside is left. Every body in "
+        "it "
+        "is");
+    out_.line("VERIFIED both ways but where it says otherwise.");
+    out_.header({"shape", "goal", "roofs, %", "bridge, mm", "islands", "triangles", "seconds", "goal's figure", "cones",
+                 "room left", "as built"});
+    for (const Record* r : records) out_.row(roofs_of(*r));
+  }
+
+  static std::vector<std::string> roofs_of(const Record& r) {
+    if (r.status == "refused") return {r.mesh, r.goal, quality_text(r, 0, 1)};
+    const auto both = [&r](const std::string& name, const auto& shown) {
+      const double after = r.extra("after " + name);
+      return shown(r.extra("before " + name)) + " -> " + (std::isnan(after) ? std::string("-") : shown(after));
+    };
+    const auto three = [](double value) { return std::isnan(value) ? std::string("-") : significant(value, 3); };
+    const auto two = [](double value) { return significant(value, 2); };
+    std::vector<std::string> cells = {r.mesh,
+                                      r.goal,
+                                      both("share", [](double value) { return significant(100 * value, 2); }),
+                                      both("bridge", two),
+                                      both("islands", whole),
+                                      both("triangles", whole),
+                                      both("seconds", two),
+                                      both("goal", three)};
+    if (!r.note.empty())
+      cells.push_back("refused: " + r.note);
+    else
+      cells.insert(cells.end(), {whole(r.extra("carriers")), significant(100 * r.extra("inner_domain_kept"), 3) + " %",
+                                 significant(r.extra("after as built"), 2)});
+    if (!r.converged()) cells.back() += " (" + r.status + ")";
+    return cells;
   }
 
   void growth() {

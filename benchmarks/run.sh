@@ -23,7 +23,7 @@ mkdir -p "$results"
 commit=$(git -C "$root" -c safe.directory="$root" describe --always --dirty --abbrev=10 2>/dev/null || echo unknown)
 
 cd "$called_from"
-for table in ${TABLES-table1 table2 trace quality cavities overhang growth teapot sliced answers}; do
+for table in ${TABLES-table1 table2 trace quality cavities overhang roofs growth teapot sliced answers}; do
   "$bench" tables "$table" --commit "$commit" -o "$results/$table.json" "$@"
 done
 only=.
@@ -31,7 +31,7 @@ case " $* " in *" --quick "*) only=N:100/ ;; esac
 [ -n "${TABLES-}" ] || "$bench" micro --benchmark_filter="$only" --benchmark_out="$results/micro.json" --benchmark_out_format=json >&2
 
 set --
-for table in table1 table2 trace quality cavities overhang growth teapot sliced answers; do
+for table in table1 table2 trace quality cavities overhang roofs growth teapot sliced answers; do
   [ ! -e "$results/$table.json" ] || set -- "$@" "$results/$table.json"
 done
 [ ! -e "$results/micro.json" ] || set -- "$@" --micro "$results/micro.json"

@@ -622,8 +622,8 @@ std::vector<Record> answers(const TableOptions& options) {
 }  // namespace
 
 const std::vector<std::string>& table_names() {
-  static const std::vector<std::string> names = {"table1",   "table2", "trace",  "quality", "cavities",
-                                                 "overhang", "growth", "teapot", "sliced",  "answers"};
+  static const std::vector<std::string> names = {"table1", "table2", "trace",  "quality", "cavities", "overhang",
+                                                 "roofs",  "growth", "teapot", "sliced",  "answers"};
   return names;
 }
 
@@ -634,6 +634,7 @@ std::vector<Record> run_table(const std::string& name, const TableOptions& optio
   if (name == "quality") return quality(options);
   if (name == "cavities") return measure_cavities(options);
   if (name == "overhang") return measure_overhang(options);
+  if (name == "roofs") return measure_roofs(options);
   if (name == "growth") return growth(options);
   if (name == "teapot") return teapot(options);
   if (name == "sliced") return sliced(options);
