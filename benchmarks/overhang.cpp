@@ -82,12 +82,19 @@ HollowResult made(const Mesh& solid, const Spec& spec, int resolution, double& s
   return result;
 }
 
+/// As it is read back.
+Verdict judged(const Mesh& solid, const HollowResult& result) {
+  Delivery delivery = result.delivery;
+  for (auto& part : delivery.parts) part.mesh = as_stored("body.stl", part.mesh);
+  return verify(delivery, &solid, result.spec);
+}
+
 void measure(const Mesh& solid, const Spec& spec, Record& r) {
   double seconds = 0;
   const HollowResult result = made(solid, spec, r.resolution, seconds);
   r.seconds = spread({seconds});
   const Mesh body = result.delivery.body();
-  r.status = verify(result.delivery, &solid, result.spec).pass() ? "converged" : "judged to fail";
+  r.status = judged(solid, result).pass() ? "converged" : "judged to fail";
   r.more["as built"] = result.as_built_error;
   take_price(result, r);
   verify_detail::PrintedUp print{.direction = print_of(result.spec).direction.value_or(up_of(result.spec)),
@@ -115,7 +122,7 @@ double goal_figure(const Figures& figures) {
 
 /// What one of a pair comes to. @param when  "before " or "after "
 void take_roofs(const Mesh& solid, const HollowResult& result, double seconds, const std::string& when, Record& r) {
-  const Verdict verdict = verify(result.delivery, &solid, result.spec);
+  const Verdict verdict = judged(solid, result);
   if (!verdict.pass()) r.status = when + "judged to fail";
   r.more[when + "share"] = value_of(verdict.figures, "roof_share");
   r.more[when + "bridge"] = value_of(verdict.figures, "widest_bridge_mm");

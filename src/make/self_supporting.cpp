@@ -168,14 +168,19 @@ Slimmed slimmed(const Wanted& wanted, const Planned& all, const HollowOptions& o
 
 std::string degrees_words(const Print& print) { return shown(print.self_supporting_deg) + " degrees"; }
 
-/// Of a spin without a direction: upright, and lying two ways.
-std::vector<Eigen::Vector3d> directions_of(const Spec& spec, const HollowOptions& options) {
-  const Print& print = print_of(spec);
+/// Upright, and lying two ways.
+std::vector<Eigen::Vector3d> usual_directions(const Spec& spec) {
   const Eigen::Vector3d up = up_of(spec).normalized();
-  if (print.direction) return {print.direction->normalized()};
-  if (!std::holds_alternative<SpinSpec>(spec) || options.as_printed) return {up};
   const Eigen::Matrix<double, 3, 2> lying = across(up);
   return {up, lying.col(0), lying.col(1)};
+}
+
+/// Those to choose from, of a spin without one.
+std::vector<Eigen::Vector3d> directions_of(const Spec& spec, const HollowOptions& options) {
+  const Print& print = print_of(spec);
+  if (print.direction) return {print.direction->normalized()};
+  if (!std::holds_alternative<SpinSpec>(spec) || options.as_printed) return {up_of(spec).normalized()};
+  return usual_directions(spec);
 }
 
 /// The direction in which it costs least, on few rays. @throws Error{goal} when it can be done in none
@@ -235,6 +240,30 @@ void tell(const Planned& all, const Slimmed& slim, const Print& print, HollowRes
   result.proof_figures.push_back({.name = "self_supporting", .words = "", .value = record});
 }
 
+/// Of these another one in which there is a plan, as an option; empty where there is none.
+std::string other_direction(Wanted wanted, const Planned& all, const HollowOptions& options, const Progress& progress) {
+  const Eigen::Vector3d refused = wanted.direction.normalized();
+  for (const Eigen::Vector3d& direction : usual_directions(wanted.spec)) try {
+      if ((direction - refused).norm() < 1e-6) continue;
+      wanted.direction = direction;
+      if (!slimmed(wanted, all, options, progress).carried) continue;
+      const auto text = [&direction](int k) { return shown(std::abs(direction[k]) < 1e-9 ? 0.0 : direction[k], 8); };
+      return concat("--print-direction ", text(0), ",", text(1), ",", text(2));
+    } catch (const Error& error) {
+      if (!is_refusal(error)) throw;
+    }
+  return {};
+}
+
+/// What is told when nothing comes of it: whatever is proven is so with these cones only.
+Error refused(const Wanted& wanted, const Planned& all, const HollowOptions& options, const Progress& progress, const Error& why) {
+  const std::string other = other_direction(wanted, all, options, progress);
+  return Error(ErrorCode::goal, concat("The cones on pillars that carry its roofs along ", shown(wanted.direction),
+                                       " (--self-supporting) leave too little room. With them: ", why.what(),
+                                       " Without them it can be done: leave --self-supporting out or give it a smaller angle",
+                                       other.empty() ? "." : concat("; or print it in another direction: ", other, ".")));
+}
+
 /// All that leads to a plan, and that.
 struct Found {
   Planned all;  ///< on all of the inner domain
@@ -260,9 +289,7 @@ Found found(const Mesh& solid, const Spec& spec, const HollowOptions& options, c
     return {all, std::move(slim), std::move(filled)};
   } catch (const Error& error) {
     if (error.code() != ErrorCode::goal) throw;
-    throw Error(ErrorCode::goal, "With cavities whose roofs rise at least " + degrees_words(print) + " along " +
-                                     shown(wanted.direction) + " (--self-supporting): " + error.what() +
-                                     " Without that it can be done: give a smaller angle, or another --print-direction.");
+    throw refused(wanted, all, options, progress, error);
   }
 }
 
