@@ -223,9 +223,9 @@ private:
       for (const Interval& open : left_[ray])
         taken_mm += std::max(0.0, std::min(open.hi, c.top_mm + how_.clearance_mm()) - std::max(open.lo, lo));
     });
-    // So that there are not too many; up to ten times as much hardly changes what they take in all, and what has few ridges between
-    // cones has fewer and better triangles.
-    const double alone_mm3 = 100 * std::pow(shape_.radius_mm, 3);
+    // So that there are not too many; twice as much or half of it hardly changes what they take in all, and what has few ridges
+    // between cones has fewer and better triangles.
+    const double alone_mm3 = 40 * std::pow(shape_.radius_mm, 3);
     return area_mm2 / (taken_mm * cavity_.grid.cell_area_mm2() + alone_mm3);
   }
 

@@ -210,35 +210,20 @@ CombinedMesh repaired(const CombinedMesh& flawed, bool float32, const Progress& 
   return result;
 }
 
-/// Repairs over and over, corners joined from farther away each time, and keeps the best. What is exact once more is rounded once
-/// more, so that a step may leave more flaws where the next one leaves none; where they only grow, it begins anew with a larger
-/// reach.
-void repair(CombinedMesh& result, Flaws& flaws, bool float32, const Progress& progress) {
-  constexpr int kSteps = 3;
-  constexpr std::size_t kMostWorse = 3;
-  const double rounding_mm = float32_spacing_mm(bounding_box(result.mesh)) * (float32 ? 1 : 0x1p-29);
-  for (double first = 2; flaws.size() > 0 && first <= kFarthestJoined; first *= 8) {
-    CombinedMesh current = result;
-    Flaws left = flaws;
-    double reach_mm = first * rounding_mm;
-    for (int step = 0; step < kSteps && left.size() > 0; ++step, reach_mm *= 4) {
-      current = repaired(CornerJoiner(current, left, reach_mm).run(), float32, progress);
-      if (!is_closed(current.mesh)) break;
-      left = flaws_of(current.mesh, progress);
-      if (left.size() > kMostWorse * flaws.size()) break;
-      if (left.size() >= flaws.size()) continue;
-      result = current;
-      flaws = left;
-    }
-  }
-}
-
 }  // namespace
 
 CombinedMesh combined(std::span<const Mesh> meshes, const BooleanOptions& options, const Progress& progress) {
   CombinedMesh result = combined_once(meshes, options, progress);
   Flaws flaws = flaws_of(result.mesh, progress);
-  repair(result, flaws, options.float32, progress);
+  const Eigen::AlignedBox3d box = bounding_box(result.mesh);
+  const double rounding_mm = float32_spacing_mm(box) * (options.float32 ? 1 : 0x1p-29);
+  for (double reach = 2; flaws.size() > 0 && reach <= kFarthestJoined; reach *= 4) {
+    CombinedMesh next = repaired(CornerJoiner(result, flaws, reach * rounding_mm).run(), options.float32, progress);
+    Flaws left = flaws_of(next.mesh, progress);
+    if (left.size() >= flaws.size() || !is_closed(next.mesh)) continue;
+    result = std::move(next);
+    flaws = std::move(left);
+  }
   result.crossings = flaws.crossings.size();
   result.flat = flaws.flat.size();
   return result;
