@@ -120,11 +120,11 @@ public:
   void fit(Mesh& mesh, const Chosen& chosen) const {
     std::vector<ClosestPoint> wall(mesh.vertices.size());
     tbb::parallel_for(std::size_t{0}, mesh.vertices.size(), [&](std::size_t n) {
-      if (chosen(mesh.vertices[n])) wall[n] = land(mesh.vertices[n], wall_);
+      if (chosen(mesh.vertices[n])) wall[n] = land(mesh.vertices[n], wall_, 1e-6 * h_);
     });
     const std::vector<double> needed = distances_needed(mesh, wall);
     tbb::parallel_for(std::size_t{0}, mesh.vertices.size(), [&](std::size_t n) {
-      if (needed[n] > 0) land(mesh.vertices[n], needed[n]);
+      if (needed[n] > 0) land(mesh.vertices[n], needed[n], 1e-6 * h_);
     });
   }
 
@@ -133,7 +133,7 @@ public:
   /// where it bends evenly away from a triangle, that is 3/4 of what it is in the middle.
   void fit_on_average(Mesh& mesh, double most_mm) const {
     std::vector<ClosestPoint> wall(mesh.vertices.size());
-    tbb::parallel_for(std::size_t{0}, wall.size(), [&](std::size_t n) { wall[n] = land(mesh.vertices[n], wall_); });
+    tbb::parallel_for(std::size_t{0}, wall.size(), [&](std::size_t n) { wall[n] = land(mesh.vertices[n], wall_, 0.01 * most_mm); });
     std::vector<double> farther(mesh.triangles.size());
     tbb::parallel_for(std::size_t{0}, farther.size(), [&](std::size_t t) {
       const Eigen::Vector3d middle = (mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3;
@@ -157,9 +157,10 @@ public:
   }
 
 private:
-  /// Moves p to where it is `distance_mm` from the surface, or on the quadric where that is farther inside the cavity.
+  /// Moves p to where it is `distance_mm` from the surface, or on the quadric where that is farther inside the cavity, but for
+  /// `error_mm`.
   /// @returns the surface's point closest to p; no triangle where it is out of reach or p was left where it was
-  ClosestPoint land(Eigen::Vector3d& p, double distance_mm) const {
+  ClosestPoint land(Eigen::Vector3d& p, double distance_mm, double error_mm) const {
     const Eigen::Vector3d start = p;
     ClosestPoint closest;
     for (int iteration = 0; iteration < 12; ++iteration) {
@@ -168,7 +169,7 @@ private:
       const double to_quadric = quadric_.signed_distance(p);
       const double worst = std::max(to_wall, to_quadric);
       if (iteration == 0 && worst < -h_) return {};  // where the cavity was closed by hand, neither surface is near
-      if (std::abs(worst) < 1e-6 * h_) break;
+      if (std::abs(worst) < error_mm) break;
       if (to_wall >= to_quadric) {
         if (closest.distance_mm <= 0) break;
         p += (to_wall / closest.distance_mm) * (p - closest.point_mm);
@@ -221,10 +222,11 @@ std::size_t close_around(BlockField& field, const Eigen::Vector3d& p) {
 }
 
 /// The zero set on its surfaces, lighter if there is an error for that, crossing triangles closed in `field` as far as that helps.
-Mesh sound_surface(BlockField& field, const Fitter& fitter, const CavityOptions& options, double chord_error_mm,
+Mesh sound_surface(BlockField& field, const Fitter& fitter, const CavityOptions& options, const detail::Lighter& lighter,
                    CavityMesh& result) {
   constexpr int max_rounds = 8;
   const SurfaceQuery& surface = fitter.surface();
+  const double chord_error_mm = lighter.chord_error_mm;
   const detail::CavityMender mender(surface, options);
   Mesh all;
   for (int round = 0; round < max_rounds; ++round) {
@@ -235,15 +237,17 @@ Mesh sound_surface(BlockField& field, const Fitter& fitter, const CavityOptions&
         fitter.approach(all);
         detail::sharpen_ridges(all, surface, options.least_distance_mm(), field.spacing_mm);
       }
-      DecimatedMesh lighter = decimated(all, {chord_error_mm, options.as_delivered});
-      all = std::move(lighter.mesh);
-      for (std::size_t n = 0; n < lighter.kept.size(); ++n) before[n] = before[static_cast<std::size_t>(lighter.kept[n])];
+      DecimatedMesh few = decimated(all, {chord_error_mm, options.as_delivered});
+      all = std::move(few.mesh);
+      for (std::size_t n = 0; n < few.kept.size(); ++n) before[n] = before[static_cast<std::size_t>(few.kept[n])];
       fitter.fit_on_average(all, 0.5 * chord_error_mm);  // less than what the mender lets the wall lack
     } else {
       fitter.fit(all, [](const Eigen::Vector3d&) { return true; });
       if (options.sharp_ridges) detail::sharpen_ridges(all, surface, options.least_distance_mm(), field.spacing_mm);
     }
-    const std::vector<std::size_t> crossing = mender.mend(all, std::vector<char>(all.vertices.size(), 1));
+    std::vector<char> needed(all.vertices.size());
+    std::transform(all.vertices.begin(), all.vertices.end(), needed.begin(), lighter.needs);
+    const std::vector<std::size_t> crossing = mender.mend(all, needed, needed);
     result.crossing = crossing.size();
     std::size_t closed = 0;
     for (const std::size_t t : crossing)
@@ -269,12 +273,12 @@ std::vector<std::size_t> crossing_triangles(const Mesh& mesh) {
   return triangles;
 }
 
-Mesh detail::offset_surface(BlockField& field, const SurfaceQuery& surface, const CavityOptions& options, double chord_error_mm,
+Mesh detail::offset_surface(BlockField& field, const SurfaceQuery& surface, const CavityOptions& options, const Lighter& lighter,
                             CavityMesh& result) {
   Moments everywhere = Moments::Zero();
   everywhere[M1] = 1;
   const FieldQuadric quadric(everywhere, 0);
-  return sound_surface(field, {surface, quadric, options.least_distance_mm(), field.spacing_mm}, options, chord_error_mm, result);
+  return sound_surface(field, {surface, quadric, options.least_distance_mm(), field.spacing_mm}, options, lighter, result);
 }
 
 void detail::take_shells(const Mesh& all, const CavityOptions& options, CavityMesh& result) {
@@ -298,7 +302,7 @@ CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Mom
   CavityMesh result;
   const FieldQuadric quadric(q, options.inset_mm);
   const Fitter fitter(surface, quadric, options.least_distance_mm(), field.spacing_mm);
-  detail::take_shells(sound_surface(field, fitter, options, 0, result), options, result);
+  detail::take_shells(sound_surface(field, fitter, options, {}, result), options, result);
   return result;
 }
 

@@ -41,7 +41,7 @@ bool CavityMaker::follow(const Switching& switching) {
 
 void CavityMaker::make_anew(const Switching& switching) {
   followed_ = false;
-  if (cuts_ && !clipped_) clipped_.emplace(body_.inner.field, body_.surface, cavity_options_);
+  if (cuts_ && !clipped_) clipped_.emplace(body_.inner.field, body_.surface, cavity_options_, switching.q);
   std::optional<CavityMesh> cut = cuts_ ? clipped_->cut(switching.q) : std::nullopt;
   cuts_ = cut.has_value();
   if (!cuts_) clipped_.reset();

@@ -26,12 +26,15 @@ Vector3d shares(const Corners3& t, const Vector3d& p) {
   return share;
 }
 
+bool is_at(const Mesh& mesh, int triangle, const std::vector<char>& marked) {
+  const Eigen::Vector3i& v = mesh.triangles[triangle];
+  return (marked[v[0]] | marked[v[1]] | marked[v[2]]) != 0;
+}
+
 std::vector<int> triangles_at(const Mesh& mesh, const std::vector<char>& marked) {
   std::vector<int> triangles;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Eigen::Vector3i& v = mesh.triangles[t];
-    if (marked[v[0]] | marked[v[1]] | marked[v[2]]) triangles.push_back(static_cast<int>(t));
-  }
+  for (int t = 0; t < static_cast<int>(mesh.triangles.size()); ++t)
+    if (is_at(mesh, t, marked)) triangles.push_back(t);
   return triangles;
 }
 
@@ -56,10 +59,10 @@ void relax(Mesh& mesh, const std::vector<char>& marked) {
 
 }  // namespace
 
-std::vector<std::size_t> CavityMender::mend(Mesh& mesh, std::vector<char> moved) const {
+std::vector<std::size_t> CavityMender::mend(Mesh& mesh, std::vector<char> moved, const std::vector<char>& within) const {
   constexpr int kAttempts = 8;
   constexpr std::size_t kFew = 64;
-  thicken(mesh, moved);
+  thicken(mesh, moved, within);
   std::vector<std::size_t> crosses = crossing(mesh, moved);
   // Many that hardly become fewer are for the caller to close.
   auto goes_on = [&, before = 2 * crosses.size()]() mutable {
@@ -71,13 +74,13 @@ std::vector<std::size_t> CavityMender::mend(Mesh& mesh, std::vector<char> moved)
     mark_corners(mesh, std::vector<int>(crosses.begin(), crosses.end()), moved);
     for (int ring = 0; ring < attempt / 2; ++ring) mark_corners(mesh, triangles_at(mesh, moved), moved);
     relax(mesh, moved);
-    thicken(mesh, moved);
+    thicken(mesh, moved, within);
     crosses = crossing(mesh, moved);
   }
   return crosses;
 }
 
-void CavityMender::thicken(Mesh& mesh, std::vector<char>& moved) const {
+void CavityMender::thicken(Mesh& mesh, std::vector<char>& moved, const std::vector<char>& within) const {
   constexpr int kRounds = 4;
   constexpr double kLeast = 0.99;    // of the wall: what rounding may take then leaves 0.98 of it
   constexpr double kWanted = 0.995;  // where less than the least is there
@@ -85,7 +88,9 @@ void CavityMender::thicken(Mesh& mesh, std::vector<char>& moved) const {
   std::vector<char> changed = moved;
   std::vector<Vector3d> push(mesh.vertices.size());
   for (int round = 0; round < kRounds; ++round) {
-    const std::vector<Gap> gaps = gaps_below(mesh, triangles_at(mesh, changed), surface_, kLeast * wall);
+    std::vector<int> looked_at = triangles_at(mesh, changed);
+    if (!within.empty()) std::erase_if(looked_at, [&](int t) { return !is_at(mesh, t, within); });
+    const std::vector<Gap> gaps = gaps_below(mesh, looked_at, surface_, kLeast * wall);
     if (gaps.empty()) return;
     std::fill(changed.begin(), changed.end(), 0);
     std::fill(push.begin(), push.end(), Vector3d::Zero());

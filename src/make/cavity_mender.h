@@ -17,15 +17,16 @@ public:
 
   /// Moves vertices of a mesh where that is needed, as little as it takes.
   /// @param moved  for each vertex, whether it is new: triangles without such a corner are taken to be sound
+  /// @param within  for each vertex, whether walls are seen to at it: what is around may be left for later; empty: everywhere
   /// @returns triangles that cross others as delivered for all that, ascending
-  std::vector<std::size_t> mend(Mesh& mesh, std::vector<char> moved) const;
+  std::vector<std::size_t> mend(Mesh& mesh, std::vector<char> moved, const std::vector<char>& within = {}) const;
 
   /// Triangles that cross others as delivered, in the box around all triangles with a corner that was moved; ascending.
   std::vector<std::size_t> crossing(const Mesh& mesh, const std::vector<char>& moved) const;
 
 private:
   /// Marks as moved what it moves.
-  void thicken(Mesh& mesh, std::vector<char>& moved) const;
+  void thicken(Mesh& mesh, std::vector<char>& moved, const std::vector<char>& within) const;
 
   const SurfaceQuery& surface_;
   const CavityOptions& options_;

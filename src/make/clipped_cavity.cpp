@@ -22,10 +22,24 @@ Quadric quadric_of(const Moments& q) { return {quadric_hessian(q), q.segment<3>(
 
 }  // namespace
 
-ClippedCavity::ClippedCavity(BlockField& field, const SurfaceQuery& surface, const CavityOptions& options)
+ClippedCavity::ClippedCavity(BlockField& field, const SurfaceQuery& surface, const CavityOptions& options, const Moments& q)
     : surface_(surface), options_(options), reach_mm_(2 * field.spacing_mm) {
   assert(options.inset_mm == 0);
-  offset_ = offset_surface(field, surface, options, kError * options.least_distance_mm(), made_);
+  const double wall = options.least_distance_mm();
+  // With as much around it as quadrics may move from pass to pass.
+  const auto needs = [f = quadric_of(q), wall](const Eigen::Vector3d& p) { return !(f.distance(p) < -wall); };
+  offset_ = offset_surface(field, surface, options, {kError * wall, needs}, made_);
+  mended_.resize(offset_.vertices.size());
+  std::transform(offset_.vertices.begin(), offset_.vertices.end(), mended_.begin(), needs);
+}
+
+/// @returns false where triangles cross for all that
+bool ClippedCavity::mend_what_is_left(const Quadric& f) {
+  std::vector<char> moved(offset_.vertices.size(), 0);
+  bool any = false;
+  for (std::size_t n = 0; n < moved.size(); ++n)
+    if (!mended_[n] && f.value(offset_.vertices[n]) >= 0) moved[n] = mended_[n] = any = true;
+  return !any || CavityMender(surface_, options_).mend(offset_, std::move(moved), mended_).empty();
 }
 
 QuadricClipOptions ClippedCavity::clip_options() const {
@@ -42,7 +56,7 @@ QuadricClipOptions ClippedCavity::clip_options() const {
 
 std::optional<CavityMesh> ClippedCavity::cut(const Moments& q) {
   last_.reset();
-  if (made_.crossing > 0) return std::nullopt;
+  if (made_.crossing > 0 || !mend_what_is_left(quadric_of(q))) return std::nullopt;
   std::optional<QuadricClipped> cut = clip_by_quadric(offset_, quadric_of(q), clip_options());
   if (!cut) return std::nullopt;
   Mesh mesh = cut->mesh;

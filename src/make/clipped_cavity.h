@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include "mesh/quadric_clip.h"
@@ -7,9 +8,16 @@
 
 namespace rayrep::detail {
 
+/// How the surface at the wall's distance is made lighter.
+struct Lighter {
+  double chord_error_mm = 0;
+  /// Which of its vertices are needed: only the triangles at these are mended.
+  std::function<bool(const Eigen::Vector3d&)> needs = [](const Eigen::Vector3d&) { return true; };
+};
+
 /// The surface of all that is at least the wall away, closed and facing outward, with few triangles: none is farther from it than
 /// the error. Where it crosses itself it is closed in `field`, as far as that helps, and counted in `result`.
-Mesh offset_surface(BlockField& field, const SurfaceQuery& surface, const CavityOptions& options, double chord_error_mm,
+Mesh offset_surface(BlockField& field, const SurfaceQuery& surface, const CavityOptions& options, const Lighter& lighter,
                     CavityMesh& result);
 /// Shells that are cavities go into `result`, facing inward; islands and what is too small are counted.
 void take_shells(const Mesh& all, const CavityOptions& options, CavityMesh& result);
@@ -20,7 +28,8 @@ class ClippedCavity {
 public:
   /// Keeps references to `surface` and `options`, which have no inset: what is so far from a quadric ends on a surface of the
   /// fourth degree (theory.md (48)). @param field  wall - distance; closed where its zero set crosses itself
-  ClippedCavity(BlockField& field, const SurfaceQuery& surface, const CavityOptions& options);
+  /// @param q  near to what it is cut by: where it is cut away it is not mended before it is needed
+  ClippedCavity(BlockField& field, const SurfaceQuery& surface, const CavityOptions& options, const Moments& q);
 
   /// The cavity { p : distance(p) >= wall, q.phi(p) > 0 }.
   /// @returns none where it cannot be cut: mesh_cavity is to mesh it
@@ -30,6 +39,7 @@ public:
   std::optional<CavityMesh> follow(const Moments& q);
 
 private:
+  bool mend_what_is_left(const Quadric& f);
   QuadricClipOptions clip_options() const;
   std::optional<CavityMesh> mended(QuadricClipped cut, Mesh mesh);
   CavityMesh taken(const Mesh& all) const;
@@ -39,6 +49,7 @@ private:
   double reach_mm_;                       ///< of vertices from the surface's distance
   CavityMesh made_;                       ///< of all that is at least the wall away: only what it counts
   Mesh offset_;                           ///< facing outward
+  std::vector<char> mended_;              ///< of its vertices: all triangles at them are
   std::optional<QuadricClipped> last_;    ///< before it was mended
   std::vector<Eigen::Vector3d> mending_;  ///< by how much each of its vertices was moved then
 };

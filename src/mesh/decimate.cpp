@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -25,6 +26,17 @@ namespace {
 
 using Eigen::Vector3d;
 
+double squared_distance_to_sides(const Facet& facet, const Vector3d& p) {
+  const auto to_side2 = [](const Vector3d& q, const Vector3d& side) {
+    const double length2 = side.squaredNorm();
+    const double share = length2 > 0 ? std::clamp(q.dot(side) / length2, 0.0, 1.0) : 0;
+    return (q - share * side).squaredNorm();
+  };
+  const Vector3d q = p - facet.corner;
+  return std::min(
+      {to_side2(q, facet.side), to_side2(q, facet.other_side), to_side2(q - facet.side, facet.other_side - facet.side)});
+}
+
 /// A triangle, for the distances of many points.
 class Patch {
 public:
@@ -34,29 +46,18 @@ public:
         along_side_(facet.other_side.cross(facet.normal)),
         along_other_(facet.normal.cross(facet.side)) {}
 
-  /// Squared height of p over it; infinite where p is not above or below it.
-  double squared_height(const Vector3d& p) const {
+  /// Whether p is above or below it, no farther than the root of a limit.
+  bool is_below(const Vector3d& p, double limit2) const {
     const Vector3d q = p - facet_.corner;
+    const double height = facet_.normal.dot(q);
     const double s = along_side_.dot(q);
     const double t = along_other_.dot(q);
-    if (!(s >= 0 && t >= 0 && s + t <= area2_ && area2_ > 0)) return std::numeric_limits<double>::infinity();
-    const double height = facet_.normal.dot(q);
-    return height * height / area2_;
+    return s >= 0 && t >= 0 && s + t <= area2_ && height * height <= limit2 * area2_ && area2_ > 0;
   }
 
-  double squared_distance_to_sides(const Vector3d& p) const {
-    const Vector3d q = p - facet_.corner;
-    return std::min(
-        {to_side2(q, facet_.side), to_side2(q, facet_.other_side), to_side2(q - facet_.side, facet_.other_side - facet_.side)});
-  }
+  const Facet& facet() const { return facet_; }
 
 private:
-  static double to_side2(const Vector3d& q, const Vector3d& side) {
-    const double length2 = side.squaredNorm();
-    const double share = length2 > 0 ? std::clamp(q.dot(side) / length2, 0.0, 1.0) : 0;
-    return (q - share * side).squaredNorm();
-  }
-
   const Facet facet_;
   const double area2_;
   const Vector3d along_side_, along_other_;
@@ -65,9 +66,9 @@ private:
 /// The first of these from which p is no farther than the root of a limit; their number if there is none.
 std::size_t first_within(const std::vector<Patch>& patches, const Vector3d& p, double limit2) {
   for (std::size_t k = 0; k < patches.size(); ++k)
-    if (patches[k].squared_height(p) <= limit2) return k;
+    if (patches[k].is_below(p, limit2)) return k;
   for (std::size_t k = 0; k < patches.size(); ++k)
-    if (patches[k].squared_distance_to_sides(p) <= limit2) return k;
+    if (squared_distance_to_sides(patches[k].facet(), p) <= limit2) return k;
   return patches.size();
 }
 
@@ -227,18 +228,24 @@ void Decimator::run(const int* begin, const int* end, const std::function<void()
 void Decimator::find_costs() {
   constexpr double kHopeless = 4;  // times the error, as the root of a mean over the triangles around
   constexpr double kShortFirst = 0.1;
-  Eigen::Matrix3d quadric = Eigen::Matrix3d::Zero();
+  constexpr int kShares[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+  std::array<double, 6> quadric{};
   double area2 = 0;
   for (const Vector3d& normal : edges_.normals()) {
     const double length = normal.norm();
-    if (length > 0) quadric += normal * (normal / length).transpose();
+    if (!(length > 0)) continue;
     area2 += length;
+    const double scale = 1 / length;
+    for (std::size_t n = 0; n < 6; ++n) quadric[n] += scale * normal[kShares[n][0]] * normal[kShares[n][1]];
   }
   const double most = kHopeless * kHopeless * remains_.error2 * area2;
-  quadric.diagonal().array() += kShortFirst * kShortFirst * remains_.error2;
+  for (std::size_t n = 0; n < 3; ++n) quadric[n] += kShortFirst * kShortFirst * remains_.error2;
+  for (std::size_t n = 3; n < 6; ++n) quadric[n] *= 2;
   costs_.clear();
   for (const Vector3d& spoke : edges_.spokes()) {
-    const double cost = std::max(0.0, spoke.dot(quadric * spoke));
+    double cost = 0;
+    for (std::size_t n = 0; n < 6; ++n) cost += quadric[n] * spoke[kShares[n][0]] * spoke[kShares[n][1]];
+    cost = std::max(0.0, cost);
     costs_.push_back(cost <= most ? static_cast<float>(cost) : kNever);
   }
 }
@@ -315,18 +322,30 @@ bool Decimator::edges_are_near() {
   return true;
 }
 
+/// Whether p is above or below a triangle, no farther than the root of a limit: as Patch, for one point.
+bool is_over(const Facet& facet, const Vector3d& p, double limit2) {
+  const Vector3d q = p - facet.corner;
+  const double area2 = facet.normal.squaredNorm();
+  const double height = facet.normal.dot(q);
+  if (!(height * height <= limit2 * area2 && area2 > 0)) return false;
+  const double s = facet.normal.dot(q.cross(facet.other_side));
+  if (s < 0) return false;
+  const double t = facet.normal.dot(facet.side.cross(q));
+  return t >= 0 && s + t <= area2;
+}
+
 /// Whether p is near to one of the given triangles at a vertex.
 bool Decimator::is_near_given(const Vector3d& p, int vertex) const {
   const auto any = [&](const auto& holds) {
-    return std::any_of(
-        &remains_.at.corners[remains_.at.first[vertex]], &remains_.at.corners[remains_.at.first[vertex + 1]], [&](int corner) {
-          const auto t = static_cast<std::size_t>(corner / 3);
-          return holds(Patch(Facet(remains_.given.corner(t, 0), remains_.given.corner(t, 1), remains_.given.corner(t, 2))));
-        });
+    return std::any_of(&remains_.at.corners[remains_.at.first[vertex]], &remains_.at.corners[remains_.at.first[vertex + 1]],
+                       [&](int corner) {
+                         const auto t = static_cast<std::size_t>(corner / 3);
+                         return holds(Facet(remains_.given.corner(t, 0), remains_.given.corner(t, 1), remains_.given.corner(t, 2)));
+                       });
   };
   const double limit2 = remains_.limit2[vertex];
-  return any([&](const Patch& patch) { return patch.squared_height(p) <= limit2; }) ||
-         any([&](const Patch& patch) { return patch.squared_distance_to_sides(p) <= limit2; });
+  return any([&](const Facet& facet) { return is_over(facet, p, limit2); }) ||
+         any([&](const Facet& facet) { return squared_distance_to_sides(facet, p) <= limit2; });
 }
 
 /// The vertices of a mesh in cubes of a grid.

@@ -21,7 +21,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::size_t kMost = 16;  // triangles in a cluster
-constexpr double kSpan = 4;        // and how much larger than its first triangle it may be
+constexpr double kSpan = 2;        // and how much larger than its first triangle, or the limit, it may be
 
 /// Finds the triangles of a surface in a box.
 class FacesNear {
@@ -106,11 +106,11 @@ public:
   Cluster(const Mesh& mesh, const FacesNear& near) : mesh_(mesh), near_(near), surface_(near.surface()) {}
 
   /// Takes as many of the triangles from `begin` on as lie together. @returns how many
-  std::size_t take(const int* begin, const int* end) {
+  std::size_t take(const int* begin, const int* end, double limit_mm) {
     first_ = begin;
     Eigen::AlignedBox3d box;
     std::size_t count = 0;
-    double first_size = 0;
+    double span_mm = 0;
     std::array<int, 3 * kMost> vertices;
     std::size_t used = 0;
     for (; begin + count != end && count < kMost; ++count) {
@@ -119,8 +119,8 @@ public:
       for (const int v : t) extended.extend(mesh_.vertices[v]);
       const double size = extended.diagonal().norm();
       if (count == 0)
-        first_size = size;
-      else if (size > kSpan * first_size)
+        span_mm = std::max(size, limit_mm);
+      else if (size > kSpan * span_mm)
         break;
       box = extended;
       for (const int v : t)
@@ -233,7 +233,7 @@ double smallest_gap(const Mesh& mesh, const SurfaceQuery& surface, const Progres
     for (std::size_t t = begin; t < end; ++t) triangles.push_back(static_cast<int>(t));
     Cluster cluster(mesh, near);
     for (const int* at = triangles.data(); at != triangles.data() + triangles.size() && found > 0;) {
-      const std::size_t count = cluster.take(at, triangles.data() + triangles.size());
+      const std::size_t count = cluster.take(at, triangles.data() + triangles.size(), found);
       cluster.look_around((1 - 1e-9) * found);
       for (std::size_t k = 0; k < count; ++k) found = std::min(found, cluster.nearest(k, (1 - 1e-9) * found).distance_mm);
       at += count;
@@ -250,7 +250,7 @@ std::vector<Gap> gaps_below(const Mesh& mesh, const std::vector<int>& chosen, co
     Cluster cluster(mesh, near);
     const int* const end = chosen.data() + std::min((b + 1) * kBlock, chosen.size());
     for (const int* at = chosen.data() + b * kBlock; at != end;) {
-      const std::size_t count = cluster.take(at, end);
+      const std::size_t count = cluster.take(at, end, limit_mm);
       cluster.look_around(limit_mm);
       for (std::size_t k = 0; k < count; ++k)
         if (const NearestPair pair = cluster.nearest(k, limit_mm); pair.distance_mm < limit_mm) found[b].push_back({at[k], pair});

@@ -262,15 +262,21 @@ TEST(Cavity, NothingAboveThePlaneIsNoCavity) {
   EXPECT_TRUE(cavity.mesh.triangles.empty());
 }
 
+Moments everywhere() {
+  Moments q = Moments::Zero();
+  q[M1] = 1;
+  return q;
+}
+
 /// A body's cavity, meshed on the grid and cut.
 struct Twins {
-  explicit Twins(const Mesh& solid, double h) : surface(solid) {
+  explicit Twins(const Mesh& solid, double h, const Moments& first = everywhere()) : surface(solid) {
     InnerDomainOptions domain;
     domain.wall_mm = 1.2;
     domain.ray_spacing_mm = domain.field_spacing_mm = h;
     field = inner_domain(surface, domain).field;
     options.min_cavity_mm3 = 0;
-    clipped.emplace(field, surface, options);
+    clipped.emplace(field, surface, options, first);
   }
   SurfaceQuery surface;
   BlockField field;
@@ -304,11 +310,9 @@ TEST(ClippedCavity, IsTheMeshedOneWithoutItsChamfers) {
 TEST(ClippedCavity, IsAsLargeAsAFineOne) {
   // Its chords cut off 0.01 mm on average, for which its vertices make up.
   Twins twins(uv_ellipsoid(14, 11, 9, 60), 0.4);
-  Moments everywhere = Moments::Zero();
-  everywhere[M1] = 1;
-  const auto cut = twins.clipped->cut(everywhere);
+  const auto cut = twins.clipped->cut(everywhere());
   ASSERT_TRUE(cut);
-  const CavityMesh fine = mesh_cavity(twins.field, twins.surface, everywhere, twins.options);
+  const CavityMesh fine = mesh_cavity(twins.field, twins.surface, everywhere(), twins.options);
   EXPECT_LT(cut->mesh.triangles.size(), fine.mesh.triangles.size() / 4);
   EXPECT_NEAR(mesh_moments(cut->mesh)[M1], mesh_moments(fine.mesh)[M1], 0.003 * surface_area(fine.mesh));
 }
@@ -335,6 +339,36 @@ TEST(ClippedCavity, FollowsAsItWouldBeCut) {
   const auto cut = twins.clipped->cut(q);
   ASSERT_TRUE(followed && cut);
   EXPECT_NEAR(mesh_moments(followed->mesh)[M1], mesh_moments(cut->mesh)[M1], 0.01 * surface_area(cut->mesh));
+}
+
+TEST(ClippedCavity, KeepsTheWallWhereItWasNotToBeCutFirst) {
+  for (const Mesh& solid : {rotated(l_shape(9), random_rotation(6)), torus(10, 5, 60, 40)}) {
+    const Moments q = plane(bounding_box(solid).center().z(), 0.1);
+    Twins twins(solid, 0.5, q);
+    const SurfaceQuery surface(solid);
+    for (const Moments& half : {q, Moments(-q)}) {
+      const auto cut = twins.clipped->cut(half);
+      ASSERT_TRUE(cut);
+      EXPECT_GE(smallest_gap(cut->mesh, surface), 0.99 * 1.2);
+      EXPECT_TRUE(crossing_triangles(cut->mesh).empty());
+    }
+  }
+}
+
+TEST(ClippedCavity, FollowsAHundredthOfAMillimetreAndKeepsTheWallAndCrossesNowhereHoweverFar) {
+  const Mesh ring = torus(12, 4, 80, 30);
+  for (const Mesh& solid : {rotated(l_shape(9), random_rotation(6)), torus(10, 5, 60, 40), rotated(ring, random_rotation(2))}) {
+    Twins twins(solid, 0.5);
+    const double middle = bounding_box(solid).center().z();
+    for (const double by : {0.002, 0.01, 0.06, 0.1}) {
+      ASSERT_TRUE(twins.clipped->cut(plane(middle, 0.3)));
+      const auto cavity = twins.clipped->follow(plane(middle + by, 0.3));
+      EXPECT_TRUE(cavity || by > 0.01);
+      if (!cavity) continue;
+      EXPECT_GE(smallest_gap(cavity->mesh, twins.surface), 0.985 * 1.2);
+      EXPECT_TRUE(crossing_triangles(cavity->mesh).empty());
+    }
+  }
 }
 
 TEST(ClippedCavity, AnEllipsoidWithinIsACavityOrAnIsland) {
