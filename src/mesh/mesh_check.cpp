@@ -136,7 +136,18 @@ bool same_orientation(const Vector3i& a, const Vector3i& b) {
   return (a[0] == b[0] && a[1] == b[1]) || (a[0] == b[1] && a[1] == b[2]) || (a[0] == b[2] && a[1] == b[0]);
 }
 
+/// How often a mesh is there, each triangle of it as often and facing the same way.
+std::size_t times_there(const Mesh& mesh, const std::vector<std::vector<int>>& duplicates) {
+  const std::size_t times = duplicates.empty() ? 1 : duplicates.front().size();
+  if (times * duplicates.size() != mesh.triangles.size()) return 1;
+  for (const std::vector<int>& group : duplicates)
+    for (const int t : group)
+      if (group.size() != times || !same_orientation(mesh.triangles[group.front()], mesh.triangles[t])) return 1;
+  return times;
+}
+
 struct Dropped {
+  std::size_t times = 1;       ///< that all of it is there; one is left
   std::size_t duplicates = 0;  ///< copies whose removal closes the surface
   std::size_t opposite = 0;    ///< pairs of coincident triangles that face each other
   std::size_t flat = 0;        ///< triangles of zero area whose removal closes the surface
@@ -156,6 +167,16 @@ Dropped drop_superfluous(Mesh& mesh, std::vector<bool>& is_flat, const std::vect
     return std::lower_bound(net.begin(), net.end(), edge, [](const auto& n, const auto& e) { return n.first < e; })->second;
   };
   std::vector<bool> gone(mesh.triangles.size(), false);
+  const auto drop = [&](int t) {
+    for (int k = 0; k < 3; ++k) {
+      const EdgeUse use = edge_use(mesh, t, k);
+      net_of(use) -= use.direction;
+    }
+    gone[t] = true;
+  };
+  dropped.times = times_there(mesh, duplicates);
+  if (dropped.times > 1)
+    for (const auto& group : duplicates) std::for_each(group.begin() + 1, group.end(), drop);
   const auto drop_if_too_many = [&](int t) {
     if (gone[t]) return false;
     int change = 0;  // of the sum of |net|
@@ -164,11 +185,7 @@ Dropped drop_superfluous(Mesh& mesh, std::vector<bool>& is_flat, const std::vect
       change += net_of(use) * use.direction > 0 ? -1 : 1;
     }
     if (change > 0) return false;
-    for (int k = 0; k < 3; ++k) {
-      const EdgeUse use = edge_use(mesh, t, k);
-      net_of(use) -= use.direction;
-    }
-    gone[t] = true;
+    drop(t);
     return true;
   };
   for (bool changed = true; changed;) {
@@ -483,6 +500,9 @@ CheckedMesh examined(const Mesh& mesh, const CheckOptions& options, const Progre
   if (const std::size_t flat = report.degenerate.count - repeated_corners - dropped.flat; flat > 0)
     report.notes.push_back(plural(flat, "triangle of zero area was", "triangles of zero area were") +
                            " kept, because the surface would not be closed without.");
+  if (dropped.times > 1)
+    report.notes.push_back("The whole surface is there " + std::to_string(dropped.times) +
+                           " times, in the same place: it was taken once.");
   if (dropped.duplicates > 0)
     report.notes.push_back(plural(dropped.duplicates, "triangle", "triangles") +
                            " there more than once left out, because that closes the surface; the first near " +
@@ -492,8 +512,9 @@ CheckedMesh examined(const Mesh& mesh, const CheckOptions& options, const Progre
                                   "pairs of triangles that lie on each other face") +
                            " opposite ways (a wall without thickness) and left out, the first near " +
                            shown(report.duplicate.first_mm) + ".");
-  if (const std::size_t copies = report.duplicate.count - std::min(report.duplicate.count, dropped.duplicates + dropped.opposite);
-      copies > 0)
+  const std::size_t left_out =
+      dropped.times > 1 ? report.duplicate.count : std::min(report.duplicate.count, dropped.duplicates + dropped.opposite);
+  if (const std::size_t copies = report.duplicate.count - left_out; copies > 0)
     report.notes.push_back(plural(copies, "triangle is", "triangles are") +
                            " there more than once and kept: bodies that lie on each other count as one.");
   progress.check();

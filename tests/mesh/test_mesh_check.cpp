@@ -368,9 +368,26 @@ TEST(MeshCheck, RemovesWallsWithoutThickness) {
   EXPECT_NEAR(volume(joined.mesh), 2, 1e-15);
 }
 
-TEST(MeshCheck, KeepsABodyThatIsThereTwice) {
+TEST(MeshCheck, TakesOnceWhatIsThereSeveralTimesAsAWhole) {
+  const Mesh once = hollow(icosphere(5, 1), icosphere(3, 1));
+  Mesh copies = once;
+  for (std::size_t times = 2; times <= 3; ++times) {
+    append(copies, once);
+    const CheckedMesh checked = check_mesh(copies);
+    EXPECT_TRUE(checked.report.usable);
+    EXPECT_EQ(checked.report.duplicate.count, (times - 1) * once.triangles.size());
+    EXPECT_TRUE(noted(checked.report, "there " + std::to_string(times) + " times"));
+    EXPECT_EQ(checked.mesh.triangles.size(), once.triangles.size());
+    EXPECT_EQ(volume(checked.mesh), volume(check_mesh(once).mesh));
+    EXPECT_EQ(check_mesh(checked.mesh).report.duplicate.count, 0u);
+  }
+}
+
+TEST(MeshCheck, KeepsABodyThatIsThereTwiceBesideOthers) {
   const Mesh once = icosphere(5, 1);
-  const CheckedMesh checked = check_mesh(merged({once, once}));
+  const CheckedMesh both = check_mesh(merged({once, once, moved(once, {20, 0, 0})}));
+  EXPECT_NEAR(volume(boundary_of_union(both.mesh)), 2 * volume(once), 1e-11);
+  const CheckedMesh checked = check_mesh(merged({once, flipped(icosphere(3, 1)), once}));  // dropping one would open the cavity
   EXPECT_TRUE(checked.report.usable);
   EXPECT_EQ(checked.report.duplicate.count, once.triangles.size());
   EXPECT_TRUE(noted(checked.report, "there more than once and kept"));

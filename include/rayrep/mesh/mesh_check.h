@@ -70,8 +70,8 @@ struct CheckedMesh {
 /// Merges vertices exactly, drops degenerate triangles, turns what is unambiguously inside out, and counts and locates every
 /// defect. Never throws for a bad mesh: `report.usable` and `report.refusal` say what is wrong.
 ///
-/// Of duplicate triangles, copies that unbalance edges are dropped, and so are pairs facing opposite ways (walls without
-/// thickness); others stay: coincident bodies are a union. Defects other than `unbalanced_edges` are counted before any of this.
+/// Of duplicate triangles, copies that unbalance edges are dropped, pairs facing opposite ways (walls without thickness), and copies
+/// of the whole mesh; others stay: coincident bodies are a union. Defects but `unbalanced_edges` are counted before any of this.
 ///
 /// A mesh is usable when every edge is run equally often both ways (then every point has a winding number, also where
 /// components touch along non-manifold edges), all coordinates are finite and the volume is positive. Overlapping
