@@ -176,7 +176,7 @@ Eigen::Vector3d parse_direction(const std::string& text) {
   if (whole)
     if (const Eigen::Vector3d direction(v[0], v[1], v[2]); direction.allFinite() && direction.norm() > 0)
       return direction.normalized();
-  usage_error("--up takes x, y, z, -x, -y, -z or a vector such as 0,1,0.5; it is '" + text + "'.");
+  usage_error("'" + text + "' is no direction: give x, y, z, -x, -y, -z or a vector such as 0,1,0.5.");
 }
 
 TextPlace point_place(const char* name, std::optional<Eigen::Vector3d>& point, const char* unset) {

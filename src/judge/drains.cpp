@@ -8,6 +8,7 @@
 #include "judge/inserts.h"
 #include "mesh/surface_gap.h"
 #include "physics/trapped.h"
+#include "rayrep/mesh/boolean.h"
 #include "rayrep/mesh/surface_query.h"
 
 namespace rayrep::verify_detail {
@@ -24,10 +25,32 @@ std::string held(const Spec& spec) {
   return shown(Setting{.name = "", .value = "", .words = "", .details = "", .place = direction_place("", up)});
 }
 
-// Of what lies in the cavities of a body held as it is printed; hollows of the outside do not count.
+// What leaves no room for a liquid: the print, and what is put in.
+Mesh filled(const Drained& what) {
+  if (!what.delivered.has_inserts()) return what.surface.material;
+  const std::vector<Mesh> both = {what.surface.material, what.delivered.mesh_of(Part::Role::insert)};
+  return with_merged_vertices(combined(both).mesh);
+}
+
+// Rooms that what is put in takes up.
+std::size_t rooms_taken(const Drained& what) {
+  if (!what.delivered.has_inserts()) return 0;
+  constexpr double kLeft = 0.01;  // of a room; coordinates are rounded
+  const Mesh shells = with_merged_vertices(what.surface.cavities);
+  std::size_t taken = 0;
+  for (Mesh& room : split(shells, connected_components(shells))) {
+    flip(room);
+    const std::vector<Mesh> both = {room, what.delivered.mesh_of(Part::Role::insert)};
+    const double left_mm3 = mesh_moments(combined(both, {.operation = BooleanOperation::subtract}).mesh)[M1];
+    taken += left_mm3 < kLeft * mesh_moments(room)[M1];
+  }
+  return taken;
+}
+
+// Of what lies in the cavities of a body held as it is printed, those that it had before, too; hollows of the outside do not count.
 Moments stays(const Drained& what) {
   const Eigen::Vector3d up = print_up(what.spec);
-  return total(pools_in(what.surface.material, up)) - total(pools_in(what.surface.holes.sealed, up));
+  return total(pools_in(filled(what), up)) - total(pools_in(outer_hull(what.surface.holes.sealed), up));
 }
 
 bool keeps_resin(const Print& print) { return print.liquid_g_cm3 > 0 && !print.drained; }
@@ -133,9 +156,9 @@ void judge_drains(const Drained& what, const Progress& progress, Verdict& verdic
   const Print& print = print_of(what.spec);
   const std::vector<Mouth>& mouths = what.surface.holes.mouths;
   const double stays_mm3 = std::max(0.0, stays(what)[M1]);
-  const double room_mm3 = mesh_moments(what.surface.holes.sealed)[M1] - mesh_moments(what.surface.material)[M1];
+  const double room_mm3 = mesh_moments(outer_hull(what.surface.holes.sealed))[M1] - mesh_moments(filled(what))[M1];
   const double share = room_mm3 > 0 ? stays_mm3 / room_mm3 : 0;
-  const std::size_t sealed = verdict.cavities - what.surface.holes.cavities;
+  const std::size_t sealed = verdict.cavities - what.surface.holes.cavities - rooms_taken(what);
   std::vector<Record> records;
   for (const Mouth& mouth : mouths) records.push_back(record_of(mouth));
   verdict.figures.push_back({.name = "holes", .words = "", .value = records});

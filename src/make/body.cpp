@@ -65,6 +65,12 @@ std::shared_ptr<const SurfaceQuery> with_posts(const Mesh& working, const Eigen:
   return std::make_shared<const SurfaceQuery>(mesh, farther);
 }
 
+bool lies_in_several(const SurfaceQuery& surface, const Eigen::Vector3d& p) {
+  std::vector<LineHit> hits;
+  closed_line_hits(surface, p.head<2>(), hits);
+  return winding_below(hits, p.z()) > 1;
+}
+
 /// Built, or kept from before.
 std::shared_ptr<Body> body_in(const Eigen::Affine3d& frame, Mesh mesh, const Discretisation& options, const Progress& progress) {
   if (options.kept) return options.kept->body(frame, mesh, options, progress);
@@ -83,8 +89,10 @@ Discretisation discretisation(const Print& print, const HollowOptions& options) 
   result.resolution = options.resolution;
   result.min_cavity_mm3 = sparse ? std::max(kSmallestSparse_mm3, options.min_cavity_mm3) : options.min_cavity_mm3;
   // What is too small for its holes is not worth them.
-  if (print.drains.where == Drains::Where::found)
-    result.min_cavity_mm3 = std::max(result.min_cavity_mm3, std::pow(kSmallestDrained * print.drains.diameter_mm, 3));
+  if (print.drains.where == Drains::Where::found) {
+    result.hole_mm = print.drains.diameter_mm;
+    result.min_cavity_mm3 = std::max(result.min_cavity_mm3, std::pow(kSmallestDrained * result.hole_mm, 3));
+  }
   result.look_only = options.look_only;
   result.phases = phases_of(print);
   result.rooms = rooms_of(options.fixed);
@@ -109,7 +117,8 @@ void check(const HollowOptions& options, const Spec& spec) {
       throw Error(ErrorCode::usage, "--certify does not know a limit on the core: leave it or --core-volume out.");
   }
   if (print_of(spec).drains.wanted() && options.as_printed)
-    throw Error(ErrorCode::usage, "What a slicer makes of holes and plugs is not fed back: leave --drain out, or the slicer.");
+    throw Error(ErrorCode::usage,
+                "What a slicer makes of holes and plugs is not fed back: leave the holes out (--drain, --resin), or the slicer.");
   for (const Mesh& kept : options.keep_solid)
     if (!(mesh_moments(kept)[M1] > 0))
       throw Error(ErrorCode::usage, "What is kept solid needs a closed surface that faces outward (--keep-solid).");
@@ -219,18 +228,29 @@ bool Body::refine(const Discretisation& options, const Progress& progress) {
 }
 
 std::string Body::nothing_inside(const Discretisation& options, const Progress& progress) const {
-  if (!options.keep_solid.empty() || !options.pillars.empty())
-    return "Nothing remains inside a wall of " + number(options.wall_mm, 2) +
-           " mm around the surface and what is kept solid that is large enough to print.";
-  const ClosestPoint deepest = deepest_point(surface, progress);
-  const Eigen::Vector3d at = to_working.inverse() * deepest.point_mm;
+  const std::string kept =
+      options.keep_solid.empty() && options.pillars.empty() ? "" : " around the surface and what is kept solid";
+  const std::string wall = "a wall of " + number(options.wall_mm, 2) + " mm" + kept;
   const Eigen::Vector3d size = bounding_box(outer).sizes();
-  std::string text = "Nothing remains inside a wall of " + number(options.wall_mm, 2) + " mm: the deepest point, at (" +
-                     number(at.x(), 2) + ", " + number(at.y(), 2) + ", " + number(at.z(), 2) + "), is only " +
-                     shown(deepest.distance_mm, 3) + " mm from the surface";
-  if (deepest.distance_mm > options.wall_mm) text += " and the room around it is too small to print";
-  return text + ". The body measures " + shown(size.x(), 4) + " x " + shown(size.y(), 4) + " x " + shown(size.z(), 4) +
-         " mm: if that is not what you meant, set the unit (--unit) or the size (--size).";
+  const std::string measures = " The body measures " + shown(size.x(), 4) + " x " + shown(size.y(), 4) + " x " +
+                               shown(size.z(), 4) +
+                               " mm: if that is not what you meant, set the unit (--unit) or the size (--size).";
+  if (inner.dropped_components > 0)
+    return "What is inside " + wall + " is too small " +
+           (options.hole_mm > 0 ? "for holes of " + number(options.hole_mm, 2) + " mm (--drain-diameter)" : "to print") + ": " +
+           shown(inner.dropped_mm3, 2) + " mm3 in " + plural(inner.dropped_components, "place", "places") + ", and one takes " +
+           shown(options.min_cavity_mm3, 3) + " mm3." + measures;
+  if (!kept.empty()) return "Nothing remains inside " + wall + ".";
+  const ClosestPoint deepest = deepest_point(surface, progress);
+  const Eigen::Vector3d p = to_working.inverse() * deepest.point_mm;
+  const std::string place = "(" + number(p.x(), 2) + ", " + number(p.y(), 2) + ", " + number(p.z(), 2) + ")";
+  if (deepest.distance_mm > options.wall_mm && lies_in_several(surface, deepest.point_mm))
+    throw Error(ErrorCode::input,
+                "Nothing remains inside: bodies of the mesh lie in each other, and where they do, as at " + place +
+                    ", they stay solid. Unite them in the program that they come from, or leave all but one out.");
+  return "Nothing remains inside " + wall + ": the deepest point, at " + place + ", is only " + shown(deepest.distance_mm, 3) +
+         " mm from the surface" + (deepest.distance_mm > options.wall_mm ? " and the room around it is too small to print." : ".") +
+         measures;
 }
 
 RayRep Body::inner_with(double wall_mm, double spacing_mm, const Progress& progress) const {

@@ -18,6 +18,7 @@ struct Discretisation {
   double wall_mm = 1.2;
   int resolution = 200;
   double min_cavity_mm3 = 4.0;
+  double hole_mm = 0;      ///< that each cavity is to have; 0: none
   bool look_only = false;  ///< see HollowOptions
   Phases phases;
   std::vector<Mesh> rooms;          ///< of what is fixed in the body, in the frame given

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 
+#include "base/text.h"
 #include "make/fixed.h"
 #include "physics/trapped.h"
+#include "rayrep/base/error.h"
 #include "rayrep/mesh/boolean.h"
 
 namespace rayrep::detail {
@@ -36,7 +38,12 @@ void DrainedMaker::make_anew(const Switching& switching) {
 }
 
 void DrainedMaker::drill_all() {
-  const Mesh whole = cavities_->made().delivery.body();
+  const Made made = cavities_->made();
+  if (made.cavities == 0 && made.filled_cavities > 0 && print_.drains.where == Drains::Where::found)
+    throw Error(ErrorCode::goal, "No cavity has room for holes of " + number(print_.drains.diameter_mm, 2) + " mm: they hold " +
+                                     number(made.filled_mm3 / 1000, 2) +
+                                     " cm3 together. Narrower holes may do (--drain-diameter).");
+  const Mesh whole = made.delivery.body();
   Mesh shells;
   shells.vertices = whole.vertices;
   shells.triangles.assign(whole.triangles.begin() + static_cast<std::ptrdiff_t>(body_.outer.triangles.size()),

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "base/text.h"
+#include "mesh/shells.h"
 #include "rayrep/base/error.h"
 #include "rayrep/base/setting.h"
 #include "rayrep/mesh/boolean.h"
@@ -67,6 +68,24 @@ std::vector<Eigen::Vector3d> samples(const Mesh& mesh, double apart_mm) {
   return points;
 }
 
+/// @throws Error{usage} for cavities that were in the mesh before: none of them is drilled into
+void refuse_own_cavities(const Mesh& given) {
+  const Mesh mesh = with_merged_vertices(given);
+  const Components shells = connected_components(mesh);
+  double sealed_mm3 = 0;
+  for (const double volume : shell_volumes(mesh, shells.of_triangle, shells.count)) sealed_mm3 -= std::min(volume, 0.0);
+  if (sealed_mm3 > 0)
+    throw Error(ErrorCode::usage,
+                "The mesh has sealed cavities of its own, of " + number(sealed_mm3 / 1000, 2) +
+                    " cm3 together: what is in them stays, as holes are drilled only into those that are made here. "
+                    "Give the mesh without its inner surfaces, or leave the holes out (--drain, --resin).");
+}
+
+Mesh without_last(Mesh mesh, std::size_t triangles) {
+  mesh.triangles.resize(mesh.triangles.size() - triangles);
+  return mesh;
+}
+
 }  // namespace
 
 Mesh drill(const DrainHole& hole, double radius_mm) {
@@ -120,6 +139,7 @@ DrainPlaces::DrainPlaces(const Body& body, const Spec& spec, std::size_t rooms)
       outside_(combined({&body.outer, 1}).mesh),
       first_of_rooms_(static_cast<int>(outside_.mesh().triangles.size() - rooms)),
       reach_mm_(2 * body.diagonal_mm) {
+  refuse_own_cavities(without_last(body.outer, rooms));
   std::visit([this](const auto& s) { add_bound(s); }, spec);
 }
 

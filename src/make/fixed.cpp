@@ -7,6 +7,7 @@
 #include "mesh/revolved.h"
 #include "mesh/surface_gap.h"
 #include "rayrep/base/error.h"
+#include "rayrep/mesh/boolean.h"
 #include "rayrep/mesh/mesh_check.h"
 #include "rayrep/mesh/surface_query.h"
 #include "rayrep/physics/moments.h"
@@ -106,6 +107,20 @@ void require_room(const std::vector<FixedBody>& fixed, const Mesh& solid, double
                                        "the wall of " +
                                        number(wall_mm, 2) + " mm: move it, or choose a thinner wall (--wall).");
     add_room(around, fixed[n]);
+  }
+}
+
+void require_kept(const std::vector<Mesh>& regions, const Mesh& solid, const Progress& progress) {
+  for (std::size_t n = 0; n < regions.size(); ++n) {
+    const std::vector<Mesh> both = {solid, regions[n]};
+    if (mesh_moments(combined(both, {.operation = BooleanOperation::intersect}, progress).mesh)[M1] > 0) continue;
+    const Eigen::AlignedBox3d region = bounding_box(regions[n]);
+    const Eigen::AlignedBox3d body = bounding_box(solid);
+    throw Error(ErrorCode::usage,
+                concat("Region ", n + 1, " of what is kept solid (--keep-solid) lies outside the body: it reaches from ",
+                       shown_to_thousandths(region.min()), " to ", shown_to_thousandths(region.max()), " mm, the body from ",
+                       shown_to_thousandths(body.min()), " to ", shown_to_thousandths(body.max()),
+                       ". Its mesh is taken in mm, where it is in the body after --unit and --size."));
   }
 }
 

@@ -29,4 +29,7 @@ Moments fixed_moments(const std::vector<FixedBody>& fixed, double density_g_cm3)
 ///         does not lie in the solid, or nearer to its surface or another one than the wall
 void require_room(const std::vector<FixedBody>& fixed, const Mesh& solid, double wall_mm, const Progress& progress);
 
+/// @throws Error{usage} for a region to be kept solid that has nothing in common with the solid
+void require_kept(const std::vector<Mesh>& regions, const Mesh& solid, const Progress& progress);
+
 }  // namespace rayrep::detail

@@ -38,11 +38,11 @@ void check_pieces(const HollowOptions& options, const Spec& spec) {
   const SpinSpec* spin = std::get_if<SpinSpec>(&spec);
   const bool halves = spin && has_axle(spin->axle);
   if (!halves && !print_of(spec).cut.wanted()) return;
-  const std::string instead =
-      halves ? "leave it out, or say --axle none: then it is made in one piece." : "leave one of the two out.";
-  if (options.as_printed) throw Error(ErrorCode::usage, "A body in pieces is not fitted to a slicer's print: " + instead);
+  const std::string instead = halves ? " out, or say --axle none: then it is made in one piece." : " or --cut out.";
+  if (options.as_printed)
+    throw Error(ErrorCode::usage, "A body in pieces is not fitted to a slicer's print: leave the slicer" + instead);
   if (!options.fixed.empty())
-    throw Error(ErrorCode::usage, "A body in pieces has nothing fixed in it that the print is paused for: " + instead);
+    throw Error(ErrorCode::usage, "A body in pieces has nothing fixed in it that the print is paused for: leave --fixed" + instead);
 }
 
 }  // namespace
@@ -156,6 +156,7 @@ HollowResult hollow(const Mesh& solid, const Spec& spec, const HollowOptions& op
       stand && stand->flatten_mm > 0 && (!options.fixed.empty() || stand->print.balls.wanted()))
     return detail::hollow_flattened(solid, *stand, options, progress);
   detail::require_room(options.fixed, solid, print_of(spec).wall_mm, progress);
+  detail::require_kept(options.keep_solid, solid, progress);
   if (print_of(spec).balls.wanted()) return detail::hollow_with_balls(solid, spec, options, progress);
   if (!options.fixed.empty() && options.pauses_mm.empty()) {
     HollowOptions paused = options;

@@ -454,6 +454,10 @@ void check_drains(const Print& print, For purpose) {
   const Drains& drains = print.drains;
   if (!drains.wanted()) {
     if (drains.plugged) usage_error("--plug closes holes that drain cavities: say --drain auto, too.");
+    if (purpose == For::making && drains.diameter_mm != Drains{}.diameter_mm)
+      usage_error("--drain-diameter is of holes that drain cavities: say --drain auto, too.");
+    if (purpose == For::making && drains.clearance_mm != Drains{}.clearance_mm)
+      usage_error("--plug-clearance is of plugs in holes that drain cavities: say --drain auto --plug, too.");
     return;
   }
   if (drains.plugged && !(drains.diameter_mm > 4 * drains.clearance_mm))
@@ -561,12 +565,24 @@ Settings drain_rows(Print& print, For purpose) {
 }
 
 void check_cut(const Print& print) {
-  if (!print.cut.wanted()) return;
+  if (!print.cut.wanted()) {
+    if (print.cut.pin_diameter_mm != Cut{}.pin_diameter_mm || print.cut.clearance_mm != Cut{}.clearance_mm)
+      usage_error("--pin-diameter and --pin-clearance are of pins between the pieces of --cut: say that, too.");
+    return;
+  }
   const std::string alone = " is not cut into pieces: leave it or --cut out.";
   if (print.infill.wanted()) usage_error("What is filled sparsely" + alone);
   if (print.core.wanted()) usage_error("A body with a heavy core" + alone);
   if (print.balls.wanted()) usage_error("A body with balls in it" + alone);
-  if (print.drains.wanted()) usage_error("The cut opens every cavity, so that nothing stays in it: leave --drain or --cut out.");
+  if (print.drains.wanted())
+    usage_error("The cut opens every cavity, so that nothing stays in it: leave " +
+                (print.liquid_g_cm3 > 0 ? "holes out (say --material resin instead of --resin, and no --drain), or --cut."
+                                        : std::string("--drain or --cut out.")));
+  if (print.self_supporting_deg != 0)
+    usage_error(
+        "Each piece lies on its cut, another way up than the whole: --self-supporting would carry roofs that are none "
+        "then. Leave it out (--cut auto looks for little overhang in the pieces), or --cut.");
+  if (print.direction) usage_error("Each piece lies on its cut, however the whole is held: leave --print-direction or --cut out.");
 }
 
 void check_self_supporting(const Print& print) {
@@ -1389,7 +1405,13 @@ void check_axle(const SpinSpec& spec, For purpose) {
   if (print.infill.wanted()) usage_error("A yo-yo in two halves has no infill" + instead);
   if (print.core.wanted()) usage_error("A yo-yo in two halves has no heavy core" + instead);
   if (print.balls.wanted()) usage_error("A yo-yo in two halves has no balls in it" + instead);
-  if (print.drains.wanted()) usage_error("A yo-yo in two halves has no --drain" + instead);
+  if (print.drains.wanted())
+    usage_error(std::string("A yo-yo in two halves has no ") + (print.liquid_g_cm3 > 0 ? "holes (--resin, --drain)" : "--drain") +
+                instead);
+  if (print.self_supporting_deg != 0)
+    usage_error("The halves of a yo-yo lie on their inner faces, one each way up, and --self-supporting carries roofs of one" +
+                instead);
+  if (print.direction) usage_error("The halves of a yo-yo lie on their inner faces, and have no --print-direction" + instead);
   if (print.cut.wanted()) usage_error("A yo-yo with an axle is in two halves: leave --cut out, or say --axle none.");
 }
 

@@ -174,6 +174,36 @@ TEST(Drained, ResinThatStaysWeighs) {
   }
 }
 
+TEST(Drained, NoResinStaysWhereSomethingIsPutIn) {
+  FloatSpec spec = drained<FloatSpec>(true);
+  spec.print.density_g_cm3 = 1.14;
+  spec.print.liquid_g_cm3 = 1.09;
+  HollowOptions options = as_stl();
+  options.fixed = {{{.mesh = icosphere(4, 3, {2, 0, -15}), .role = Part::Role::insert, .density_g_cm3 = 7.5}}};
+  const HollowResult made = hollow(egg(), spec, options);
+  const Verdict verdict = verify(made.delivery, &egg(), made.spec);
+  EXPECT_TRUE(verdict.pass()) << ::testing::PrintToString(failed(verdict));
+  EXPECT_LT(value_of(verdict, "mass_error"), 1e-4);
+  EXPECT_LT(verdict.trapped_resin_g, 0.1);  // the room would hold 0.3
+  for (const std::string& sentence : verdict.meaning) EXPECT_FALSE(mentions(sentence, {"no hole"})) << sentence;
+}
+
+TEST(Drained, CavitiesThatWereThereBeforeKeepWhatIsInThem) {
+  Mesh had = egg();
+  append(had, flipped(icosphere(5, 3, {0, 0, 12})));
+  FloatSpec spec = drained<FloatSpec>(true);
+  EXPECT_TRUE(mentions(message_of([&] { hollow(had, spec, as_stl()); }, ErrorCode::usage), {"sealed cavities of its own", "0.5"}));
+  // Nor does the judge overlook one: as if it had been there when the holes were drilled.
+  const HollowResult made = hollow(egg(), spec, as_stl());
+  const double before_mm3 = value_of(verify(made.delivery, &egg(), made.spec), "drains");
+  Delivery delivered = made.delivery;
+  const Eigen::Vector3d below(0, 0, -15);  // in the floor
+  append(delivered.parts.front().mesh, flipped(icosphere(4, 3, below)));
+  Mesh original = egg();
+  append(original, flipped(icosphere(4, 3, below)));
+  EXPECT_GT(value_of(verify(delivered, &original, made.spec), "drains"), before_mm3 + 0.002);
+}
+
 TEST(Drained, RefusesWhatItCannotDo) {
   FloatSpec spec = drained<FloatSpec>(true);
   spec.print.drains.where = Drains::Where::given;
@@ -187,6 +217,16 @@ TEST(Drained, RefusesWhatItCannotDo) {
   spec = drained<FloatSpec>(true);
   spec.print.cut.where = Cut::Where::found;
   EXPECT_TRUE(mentions(message_of([&] { hollow(egg(), spec, as_stl()); }, ErrorCode::usage), {"--cut"}));
+  spec = drained<FloatSpec>(true);
+  spec.print.drains.diameter_mm = 25;  // wider than there is room for, in the inner domain and in the cavity
+  EXPECT_TRUE(
+      mentions(message_of([&] { hollow(egg(), spec, as_stl()); }, ErrorCode::goal), {"holes of 25.00 mm", "--drain-diameter"}));
+  spec.print.drains.diameter_mm = 28;
+  EXPECT_TRUE(
+      mentions(message_of([&] { hollow(egg(), spec, as_stl()); }, ErrorCode::goal), {"holes of 28.00 mm", "--drain-diameter"}));
+  spec = drained<FloatSpec>(false);
+  spec.print.drains = {.diameter_mm = 3};
+  EXPECT_TRUE(mentions(message_of([&] { hollow(egg(), spec, as_stl()); }, ErrorCode::usage), {"--drain-diameter", "--drain auto"}));
   spec = drained<FloatSpec>(false);
   spec.submerged_fraction = 1;
   EXPECT_TRUE(mentions(message_of([&] { hollow(egg(), spec, as_stl()); }, ErrorCode::goal), {"--plug"}));

@@ -280,6 +280,22 @@ TEST(HollowFloat, SaysThatNothingRemainsInside) {
   EXPECT_TRUE(mentions(text, {"Nothing remains inside a wall of 1.20 mm", "1 mm from the surface", "--unit", "--size"}));
 }
 
+TEST(HollowFloat, SaysThatBodiesLieInEachOther) {
+  Mesh twice = box({0, 0, 0}, {30, 30, 30});
+  append(twice, box({0.5, 0.5, 0.5}, {30.5, 30.5, 30.5}));
+  const std::string text = message_of([&] { hollowed(twice, coarse()); }, ErrorCode::input);
+  EXPECT_TRUE(mentions(text, {"bodies of the mesh lie in each other", "Unite them"}));
+}
+
+TEST(HollowFloat, WhatIsKeptSolidLiesInTheBody) {
+  Job<FloatSpec> options = coarse();
+  const Mesh ball = icosphere(15, 3);
+  options.hollow.keep_solid = {icosphere(2, 2, {0, 0, 14}),
+                               icosphere(2, 2, {12, 12, 12})};  // the box of the second meets the ball's
+  const std::string text = message_of([&] { hollowed(ball, options); }, ErrorCode::usage);
+  EXPECT_TRUE(mentions(text, {"Region 2", "--keep-solid", "outside the body", "--size"}));
+}
+
 TEST(HollowFloat, RefusesOptionsThatMakeNoSense) {
   const Mesh solid = icosphere(15, 3);
   const auto refused = [&](const std::function<void(Job<FloatSpec>&)>& change) {
