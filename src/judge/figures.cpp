@@ -47,6 +47,8 @@ void put_first(Figures first, Figures& figures) {
   figures = std::move(first);
 }
 
+std::string grams(double mass_g) { return number(mass_g, mass_g < 1 ? 3 : mass_g < 10 ? 2 : 1) + " g"; }
+
 std::string degrees(double rad, int digits) { return number(rad * 180 / std::numbers::pi, digits) + " degrees"; }
 
 std::string place_words(const Eigen::Vector3d& p) {

@@ -40,6 +40,9 @@ const T* wanted_of(const Verdict& verdict, const std::string& name) {
 /// "12.3 degrees"
 std::string degrees(double rad, int digits);
 
+/// "42.6 g": what can be told on a scale that suits it, to 1 % or better from 0.1 g on
+std::string grams(double mass_g);
+
 /// "(1.000, 2.000, 3.000) mm"
 std::string place_words(const Eigen::Vector3d& p);
 

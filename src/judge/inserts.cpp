@@ -156,7 +156,7 @@ void judge_inserts(const Delivery& delivered, const Mesh& solid, const Mesh& hul
                             " g are put in and not printed.");
   verdict.notes.push_back(
       "Assumed: what is put in cannot move, and nothing is changed to put it there. Glue it in, and weigh it: it should weigh " +
-      number(mass_g, 1) + " g.");
+      grams(mass_g) + ".");
 }
 
 }  // namespace rayrep::verify_detail

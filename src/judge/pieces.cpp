@@ -116,10 +116,10 @@ Moments moments_of_all(const std::vector<Piece>& pieces) {
 }
 
 /// "lies on the bed with 12.3 cm2 ..." of each, for JSON.
-std::vector<Record> records(const std::vector<Piece>& pieces) {
+std::vector<Record> records(const std::vector<Piece>& pieces, double density_g_cm3) {
   std::vector<Record> all;
   for (const Piece& piece : pieces) {
-    const MassProperties mass = mass_properties(piece.mesh, piece.part.density_g_cm3);
+    const MassProperties mass = mass_properties(piece.mesh, density_g_cm3);
     const Eigen::Vector3d size = piece.box.sizes();
     const Eigen::Vector3d up = piece.part.to_bed.linear().row(2).transpose();
     all.push_back({{"name", piece.part.name},
@@ -151,10 +151,10 @@ AxleFit axle_of(const SpinSpec& spec, const Mesh& body) {
 }
 
 /// "piece 1: 12.3 g, 40 x 30 x 20 mm"
-std::string words_of(const Piece& piece) {
+std::string words_of(const Piece& piece, double density_g_cm3) {
   const Eigen::Vector3d size = piece.box.sizes();
-  return piece.part.name + " " + number(mass_properties(piece.mesh, piece.part.density_g_cm3).mass_g, 2) + " g, " +
-         number(size.x(), 1) + " x " + number(size.y(), 1) + " x " + number(size.z(), 1) + " mm";
+  return piece.part.name + " " + number(mass_properties(piece.mesh, density_g_cm3).mass_g, 2) + " g, " + number(size.x(), 1) +
+         " x " + number(size.y(), 1) + " x " + number(size.z(), 1) + " mm";
 }
 
 /// By its moments of inertia, m r^2 / 2 along and m (3 r^2 + h^2) / 12 across.
@@ -165,7 +165,8 @@ double length_of_cylinder(const Mesh& mesh) {
 
 void say(const std::vector<Piece>& pieces, const Delivery& delivered, const Spec& spec, Verdict& verdict) {
   std::string text = "It is printed in " + std::to_string(pieces.size()) + " pieces, which lie flat on the bed: ";
-  for (const Piece& piece : pieces) text += (&piece == &pieces.front() ? "" : "; ") + words_of(piece);
+  const double density_g_cm3 = print_of(spec).density_g_cm3;
+  for (const Piece& piece : pieces) text += (&piece == &pieces.front() ? "" : "; ") + words_of(piece, density_g_cm3);
   verdict.meaning.push_back(text + ".");
   if (const SpinSpec* spin = with_axle(spec)) {
     const AxleFit axle = axle_of(*spin, delivered.body());
@@ -252,7 +253,7 @@ void judge_pieces(const PrintedDelivery& printed, const Spec& spec, const Limits
   if (const double wall = wall_at_pins(delivered, whole, progress); wall_mm > 0 && std::isfinite(wall))
     criteria.push_back(at_least("wall_at_pins", "thinnest wall between cavities and pins, over the wall asked for", wall / wall_mm,
                                 limits.wall_ratio));
-  verdict.figures.push_back({.name = "pieces", .words = "", .value = records(pieces)});
+  verdict.figures.push_back({.name = "pieces", .words = "", .value = records(pieces, print_of(spec).density_g_cm3)});
   say(pieces, delivered, spec, verdict);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -53,7 +54,9 @@ void add_righting(const std::optional<RightingCurve>& curve, Figures& figures) {
 }
 
 std::string righting_words(const RightingCurve& curve) {
-  if (curve.end == End::none) return "from any heel.";
+  // A curve that ends so near upside down ends where the other side begins to right it.
+  if (curve.end == End::none || (curve.end == End::turns_over && degrees(curve.range_rad, 1) == degrees(std::numbers::pi, 1)))
+    return "from any heel.";
   const std::string work = " takes as much work as to lift it by " + number(curve.area_mm_rad, 2) + " mm.";
   if (curve.end == End::takes_water) return "as long as no water comes in. To heel it that far" + work;
   return "from any heel up to " + degrees(curve.range_rad, 1) + "; beyond, with its " + side_words(curve.lowered) +

@@ -369,7 +369,7 @@ void judge_reserve(FloatVerdict& verdict, const Limits& limits) {
            ? ", as it displaces at most " + rough_percent(verdict.state.buoyancy_reserve) + " more than it weighs."
            : ".") +
       (bad == heavier.begin() ? " Leave more of it above the water: hollow it to a lower waterline (--waterline)."
-                              : " Weigh the print: " + number(verdict.state.body.mass_g, 1) + " g are wanted."));
+                              : " Weigh the print: " + grams(verdict.state.body.mass_g) + " are wanted."));
 }
 
 void describe(FloatVerdict& verdict) {
@@ -514,13 +514,16 @@ Verdict verify(const PrintedDelivery& delivered, const Mesh* original, const Spe
   const bool drained = print.drains.wanted();
   if (drained && !original)
     throw Error(ErrorCode::usage, "Holes are told from the rest of the outside by the original: name it (--original).");
-  // Where bodies of it overlap, holes have been drilled through their union.
-  const Mesh united = drained ? combined({original, 1}, {}, progress).mesh : Mesh();
-  const AllowedOutside outside(solid, drained ? &united : original, spec, progress);
+  // Where bodies of it overlap, it is their union that was drilled or cut.
+  const bool opened = drained || (original && in_pieces(delivered.delivery));
+  const Mesh united = opened ? combined({original, 1}, {}, progress).mesh : Mesh();
+  const AllowedOutside outside(solid, opened ? &united : original, spec, progress);
   const Surface surface = judge_surface(solid, outside.mesh(), progress, both, drained ? &print.drains : nullptr);
-  add_surface_criteria(
-      surface, {original != nullptr, print, up_of(spec), limits.wall_ratio, outside.tolerance_mm(), in_pieces(delivered.delivery)},
-      progress, both);
+  // As exact as outer_deviation is where triangles were cut.
+  const double tolerance_mm = std::max(outside.tolerance_mm(), opened ? std::ldexp(surface.diagonal_mm, -30) : 0.0);
+  add_surface_criteria(surface,
+                       {original != nullptr, print, up_of(spec), limits.wall_ratio, tolerance_mm, in_pieces(delivered.delivery)},
+                       progress, both);
   outside.tell(both);
   if (!Surface::closed(both)) return both;
   Moments s = delivered.printed + insert_moments(delivered.delivery, print.density_g_cm3);

@@ -12,6 +12,7 @@
 #include "rayrep/base/error.h"
 #include "rayrep/mesh/assembly.h"
 #include "rayrep/mesh/bodies.h"
+#include "rayrep/mesh/mesh_check.h"
 
 namespace rayrep::detail {
 namespace {
@@ -26,6 +27,7 @@ class CutMaker final : public Maker {
 public:
   CutMaker(std::unique_ptr<Maker> maker, const Body& body, Print& print, const Progress& progress)
       : maker_(std::move(maker)), body_(body), print_(print), cut_(print.cut), progress_(progress) {
+    overlaps_ = body.hull.triangles.size() != outer_hull(body.working).triangles.size();
     hole_.radius_mm = 0.5 * cut_.pin_diameter_mm + cut_.clearance_mm;
     hole_.depth_mm = half_length_mm(2.5) + kEndRoom_mm;
     hole_.wall_mm = print.wall_mm;
@@ -50,6 +52,8 @@ private:
 
   /// Of a pin so many diameters long, in whole mm.
   double half_length_mm(double diameters) const { return std::max(3.0, std::ceil(diameters * cut_.pin_diameter_mm)); }
+  /// Without what lies in more than one of its bodies: a cut through that would be closed twice.
+  Mesh united(const Mesh& whole) const { return overlaps_ ? boundary_of_union(whole, progress_) : whole; }
   /// Chooses the planes once, and pins as long as those there have room; the moments with them.
   void settle();
   std::vector<Cut::Plane> given_planes(const Mesh& whole) const;
@@ -68,11 +72,12 @@ private:
   std::vector<Cut::Plane> planes_;
   std::vector<Pin> pins_;
   bool placed_ = false;
+  bool overlaps_ = false;  ///< bodies, in the outside
   Moments moments_ = Moments::Zero();
 };
 
 void CutMaker::settle() {
-  const Mesh whole = with_merged_vertices(maker_->made().delivery.parts.front().mesh);
+  const Mesh whole = with_merged_vertices(united(maker_->made().delivery.parts.front().mesh));
   if (planes_.empty()) {
     const Eigen::Matrix3d working = body_.to_working.linear();
     CutWishes wishes{{Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitX()}, hole_};
@@ -193,7 +198,7 @@ std::vector<Part> CutMaker::pieces_of(Mesh whole, const Part& like) const {
 Made CutMaker::made() const {
   Made made = maker_->made();
   const Part whole = std::move(made.delivery.parts.front());
-  made.delivery.parts = pieces_of(whole.mesh, whole);
+  made.delivery.parts = pieces_of(united(whole.mesh), whole);
   for (const Pin& pin : pins_)
     made.delivery.parts.push_back({.mesh = pin.body, .role = Part::Role::insert, .density_g_cm3 = print_.density_g_cm3});
   return made;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <set>
 
+#include "judge/figures.h"
 #include "rayrep/report/balance_report.h"
 #include "rayrep/report/report.h"
 #include "report/words.h"
@@ -149,6 +150,10 @@ std::string insert_text(const RunReport& report) {
   return format("%s shows where the balls are", report.insert->path);
 }
 
+bool tells(const Verdict& verdict, const char* name) {
+  return std::any_of(verdict.figures.begin(), verdict.figures.end(), [name](const Figure& f) { return f.name == name; });
+}
+
 /// What comes out of the holes, and what closes them.
 std::string drains_text(const RunReport& report) {
   const Print& print = print_of(report.hollow->spec);
@@ -156,8 +161,8 @@ std::string drains_text(const RunReport& report) {
       print.liquid_g_cm3 > 0 ? "Let the resin run out of the holes" : "What is left inside comes out of the holes";
   if (!report.plugs) return what;
   const std::string where = report.plugs->path.empty() ? "in the file, too" : "in " + report.plugs->path;
-  return what +
-         format("; then glue in the %d plug%s (%s), tight", report.plugs->pieces, report.plugs->pieces > 1 ? "s" : "", where);
+  return what + format("; then glue in the %s (%s), tight",
+                       report.plugs->pieces > 1 ? format("%d plugs", report.plugs->pieces) : std::string("plug"), where);
 }
 
 }  // namespace
@@ -196,7 +201,7 @@ std::string printing_text(const RunReport& report) {
     text += "with the profile it was sliced with before";
   } else if (print.liquid_g_cm3 > 0) {
     text += "solid, not hollowed again by the slicer";
-    if (hollow.cavities > 0 && !print.drains.wanted())
+    if (hollow.cavities > 0 && !print.drains.wanted() && !tells(report.after, "pieces"))
       text += format("; drill a hole into %s, let the resin run out, and close it with cured resin",
                      hollow.cavities == 1 ? std::string("the cavity") : format("each of the %zu cavities", hollow.cavities));
   } else if (hollow.cavities == 0) {
@@ -228,8 +233,9 @@ std::string printing_text(const RunReport& report) {
   if (report.insert) text += ". " + insert_text(report);
   if (print.drains.wanted()) text += ". " + drains_text(report);
   if (!report.pauses_mm.empty()) text += ". " + pauses_text(report);
-  return wrapped(text + format(". %s should weigh %.1f g.", report.insert || report.plugs ? "All together" : "The print",
-                               report.after.body.mass_g));
+  const bool more = report.insert || report.plugs || tells(report.after, "inserts");
+  return wrapped(text + (more ? ". All together" : ". The print") + " should weigh " +
+                 verify_detail::grams(report.after.body.mass_g) + ".");
 }
 
 std::string to_text(const Inspection& inspection) {

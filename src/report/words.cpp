@@ -150,9 +150,11 @@ std::vector<std::string> notes_of(const HollowResult& hollow) {
   if (hollow.cast.bad > 0)
     notes.push_back(format("%zu of %zu rays did not close and were left solid", hollow.cast.bad, hollow.cast.rays));
   if (hollow.filled_cavities > 0)
-    notes.push_back(format("%s too small to print, %zu with %.2g mm3 in all, were filled; the rest makes up for it",
-                           print_of(hollow.spec).infill.wanted() ? "sparse regions" : "cavities", hollow.filled_cavities,
-                           hollow.filled_mm3));
+    notes.push_back(format("%s, %zu with %.2g mm3 in all, were filled; the rest makes up for it",
+                           print_of(hollow.spec).infill.wanted()                        ? "sparse regions too small to print"
+                           : print_of(hollow.spec).drains.where == Drains::Where::found ? "cavities too small for holes"
+                                                                                        : "cavities too small to print",
+                           hollow.filled_cavities, hollow.filled_mm3));
   return notes;
 }
 

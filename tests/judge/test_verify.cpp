@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "judge/righting.h"
 #include "mesh/float32.h"
 #include "rayrep/base/error.h"
 #include "rayrep/judge/verify.h"
@@ -651,6 +652,12 @@ TEST(VerifyFloat, TellsTheRightingArms) {
   EXPECT_EQ(std::get<double>(figure(verdict, "gz_largest_heel_rad").value), curve.heel_rad[curve.largest]);
   EXPECT_EQ(std::get<std::string>(figure(verdict, "gz_range_ends").value), "turns over");
   EXPECT_TRUE(test::mentions(verdict.meaning.front(), {"rights itself from any heel up to", "turns over", "lift it by"}));
+  // Upside down to within what is shown is any heel.
+  RightingCurve nearly = curve;
+  nearly.range_rad = kPi - 5e-4;
+  EXPECT_EQ(verify_detail::righting_words(nearly), "from any heel.");
+  nearly.range_rad = kPi - 2e-3;
+  EXPECT_TRUE(test::mentions(verify_detail::righting_words(nearly), {"up to 179.9 degrees", "turns over"}));
   // One that does not stay upright has none.
   Boat topheavy;
   topheavy.shift = {0, 0, -6};

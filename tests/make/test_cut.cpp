@@ -140,6 +140,41 @@ TEST(Cut, AFloatInPiecesIsAsItWasWantedWithPinsAndHolesCounted) {
   }
 }
 
+TEST(Cut, PiecesWeighWhatThePrintIsMadeOf) {
+  Spec light = made().spec;
+  print_of(light).density_g_cm3 = 0.9;
+  const Verdict verdict = judged(made().delivery, light, egg());
+  double told_g = 0;
+  for (const Figure& figure : verdict.figures)
+    if (figure.name == "pieces")
+      for (const Record& piece : std::get<std::vector<Record>>(figure.value))
+        for (const auto& [name, value] : piece)
+          if (name == "mass_g") told_g += std::get<double>(value);
+  double mm3 = 0;
+  for (const Part* piece : parts_of(made().delivery, Part::Role::body)) mm3 += mesh_moments(piece->mesh)[M1];
+  EXPECT_NEAR(told_g, 0.9e-3 * mm3, 1e-9);
+}
+
+TEST(Cut, BodiesThatOverlapAreOneInPieces) {
+  Mesh knobbed = egg();
+  append(knobbed, box({-5, -4, 12}, {6, 4, 23}));
+  const Outcome<FloatSpec> outcome = hollowed(knobbed, afloat_in_pieces());
+  const HollowResult& result = outcome;
+  EXPECT_EQ(failed(judged(result.delivery, result.spec, knobbed)), Names{});
+  for (const Part* piece : parts_of(result.delivery, Part::Role::body)) EXPECT_TRUE(is_closed_solid(piece->mesh));
+}
+
+TEST(Cut, PiecesLieOnTheirCutsWhateverElseIsSaid) {
+  const auto refused = [](const auto& change) {
+    Job<FloatSpec> job = afloat_in_pieces();
+    change(job.spec.print);
+    return message_of([&] { hollowed(egg(), job); }, ErrorCode::usage);
+  };
+  EXPECT_TRUE(mentions(refused([](Print& p) { p.self_supporting_deg = 45; }), {"--self-supporting", "--cut"}));
+  EXPECT_TRUE(mentions(refused([](Print& p) { p.direction = Eigen::Vector3d::UnitX(); }), {"--print-direction", "--cut"}));
+  EXPECT_TRUE(mentions(refused([](Print& p) { p.drains.where = Drains::Where::found; }), {"--drain", "--cut"}));
+}
+
 TEST(Cut, ThePiecesAreTheWholeButForTheHoles) {
   Moments holes = Moments::Zero();
   Moments pieces = Moments::Zero();
