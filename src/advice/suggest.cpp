@@ -101,7 +101,10 @@ public:
       if (enough()) return advice_;
       if (way.kind == ChangeKind::deform && search_.kinds.empty() && !advice_.suggestions.empty()) continue;
       advice_.tried += (advice_.tried.empty() ? "" : ", ") + way.words;
-      keep(least(way, {}));
+      const std::optional<Change> change = least(way, {});
+      keep(change);
+      // What stood in the way is out of it: else all would be tried with holes or pillars, which takes long.
+      if (change && (way.kind == ChangeKind::drain || way.kind == ChangeKind::roof)) return advice_;
     }
     std::erase_if(ways_, [](const Way& way) { return way.kind == ChangeKind::deform; });
     if (!advice_.suggestions.empty() || ways_.size() < 2) return advice_;
@@ -224,6 +227,9 @@ private:
 
   void add_ways();
   void add_plugs();
+  void add_holes();
+  void add_roofs();
+  void add_print_directions();
   void add_waterlines();
   void add_axes(const SpinSpec& spec);
   void add_targets(const StandSpec& spec);
@@ -241,6 +247,7 @@ private:
   void add_deformation();
 
   std::optional<Change> waterline(const Change& before);
+  std::optional<Change> print_direction(const Change& before);
   std::optional<Change> axis(const Change& before, bool tilt);
   std::optional<Change> attitude(const Change& before);
   std::optional<Change> steel_balls(const Change& before);
@@ -266,6 +273,9 @@ private:
 
 void Adviser::add_ways() {
   add_plugs();
+  add_holes();
+  add_roofs();
+  add_print_directions();
   if (std::holds_alternative<FloatSpec>(asked_)) add_waterlines();
   if (const auto* spec = std::get_if<SpinSpec>(&asked_)) add_axes(*spec);
   if (const auto* spec = std::get_if<StandSpec>(&asked_)) {
@@ -289,6 +299,58 @@ void Adviser::add_plugs() {
   const Drains& drains = print_of(asked_).drains;
   if (!drains.wanted() || drains.plugged) return;
   ways_.push_back({ChangeKind::plug, "plugs", {{"the holes closed again by plugs", {{"plug", ""}}}}, {}});
+}
+
+/// Resin runs out of holes only; where a wide one has no place, or its cavity no room, a narrower one may.
+void Adviser::add_holes() {
+  const Print& print = print_of(asked_);
+  Way way{ChangeKind::drain, "", {}, {}};
+  if (print.drains.where == Drains::Where::found) {
+    way.words = "narrower holes";
+    for (const char* text : {"3", "2", "1"})
+      if (const double mm = parse_number("drain-diameter", text); mm < 0.9 * print.drains.diameter_mm)
+        way.ladder.push_back({std::string("holes of ") + text + " mm", {{"drain-diameter", text}}});
+  } else if (print.liquid_g_cm3 > 0 && !print.drained && !print.drains.wanted()) {
+    way.words = "holes by which it runs out";
+    way.ladder.push_back({"holes by which the resin runs out, and plugs", {{"drain", "auto"}, {"plug", ""}}});
+  }
+  if (!way.ladder.empty()) ways_.push_back(std::move(way));
+}
+
+/// Thinner pillars take less room; without any the roofs are as the goal has them.
+void Adviser::add_roofs() {
+  const Print& print = print_of(asked_);
+  if (print.self_supporting_deg == 0) return;
+  Way way{ChangeKind::roof, "roofs that are not carried", {}, {}};
+  if (print.min_feature_mm.value_or(0) > print.wall_mm) {
+    const std::string text = shown(print.wall_mm, 3);
+    way.ladder.push_back({"pillars of " + text + " mm", {{"min-feature", text}}});
+  }
+  if (!print.min_feature_mm) way.ladder.push_back({"roofs that are not carried", {{"self-supporting", "0"}}});
+  if (!way.ladder.empty()) ways_.push_back(std::move(way));
+}
+
+/// Where pools stay as it is held, they may run out as it is held otherwise.
+void Adviser::add_print_directions() {
+  if (print_of(asked_).drains.where != Drains::Where::found) return;
+  ways_.push_back({ChangeKind::direction, "other ways to hold it in the printer", {}, [this](const Change& before) {
+                     return print_direction(before);
+                   }});
+}
+
+std::optional<Change> Adviser::print_direction(const Change& before) {
+  const Eigen::Vector3d held = print_of(asked_).direction.value_or(up_of(asked_)).normalized();
+  if (!in_reach(before)) return std::nullopt;  // something else is in the way
+  HollowOptions fewer = options_;
+  fewer.resolution = few_.resolution;
+  fewer.as_printed = nullptr;
+  for (const char* text : {"z", "-z", "x", "-x", "y", "-y"}) {
+    const Change change{std::string("held with ") + text + " up in the printer", {{"print-direction", text}}};
+    const Change there = combined(before, change);
+    const bool is_another = print_of(spec_with(there)).direction->dot(held) < 0.999;
+    if (is_another && is_made(there, fewer)) return change;
+  }
+  return std::nullopt;
 }
 
 /// The waterline that a search finds, where there is one; else one that leaves less dry than a search would.

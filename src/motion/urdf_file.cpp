@@ -88,10 +88,12 @@ public:
   explicit UrdfReader(const fs::path& path) : path_(path), text_(text_in(path)) {}
 
   Robot read() {
+    const bool has_tags = text_.find('<') < text_.find_first_of("{[");
     pugi::xml_document document;
     // Without parse_doctype: what a document type declares is not looked at, so that entities cannot grow.
     const auto parsed = document.load_buffer_inplace(text_.data(), text_.size(),
                                                      pugi::parse_minimal | pugi::parse_escapes | pugi::parse_wconv_attribute);
+    if (!parsed && !has_tags) throw Error(ErrorCode::input, path_.string() + " is no URDF: it is not XML.");
     if (!parsed)
       throw Error(ErrorCode::input, concat(path_.string(), ", byte ", static_cast<std::size_t>(parsed.offset),
                                            ": the XML is damaged (", parsed.description(), ")."));

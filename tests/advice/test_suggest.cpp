@@ -79,6 +79,37 @@ TEST(Suggest, PlugsWhereHolesCannotBe) {
   EXPECT_FALSE(refused(changed, spec));
 }
 
+TEST(Suggest, HoldsItOtherwiseWhereHolesCannotBe) {
+  FloatSpec asked;
+  asked.print.drains.where = Drains::Where::found;
+  asked.print.wall_mm = 2;
+  asked.submerged_fraction = 0.6;
+  const Mesh mesh = test::uv_ellipsoid(30, 24, 20, 32);
+  const Advice advice = suggest(mesh, asked, coarse(), {.kinds = {ChangeKind::direction}});
+  ASSERT_EQ(advice.suggestions.size(), 1u) << advice.tried;
+  const std::vector<std::pair<std::string, std::string>> turned = {{"print-direction", "-z"}};
+  EXPECT_EQ(advice.suggestions[0].options, turned);
+  Spec spec = asked;
+  Mesh changed = mesh;
+  take(advice.suggestions[0], spec, changed);
+  EXPECT_FALSE(refused(changed, spec));
+}
+
+TEST(Suggest, LetsResinOut) {
+  FloatSpec asked;
+  asked.print.density_g_cm3 = 1.14;
+  asked.print.liquid_g_cm3 = 1.09;
+  const Mesh mesh = test::uv_ellipsoid(30, 24, 20, 32);
+  EXPECT_TRUE(refused(mesh, asked));
+  const Advice advice = suggest(mesh, asked, coarse());
+  ASSERT_EQ(advice.suggestions.size(), 1u) << advice.tried;  // and nothing else is tried with resin inside
+  EXPECT_EQ(advice.suggestions[0].kinds, std::vector{ChangeKind::drain});
+  Spec spec = asked;
+  Mesh changed = mesh;
+  take(advice.suggestions[0], spec, changed);
+  EXPECT_FALSE(refused(changed, spec));
+}
+
 Advice advice_that_works(const Mesh& mesh, const Spec& asked) {
   EXPECT_TRUE(refused(mesh, asked));
   const Advice advice = suggest(mesh, asked, coarse());

@@ -376,7 +376,7 @@ std::string joint(const std::string& name, const std::string& parent, const std:
 std::string robot(const std::string& text) { return "<robot name=\"r\">" + text + "</robot>"; }
 
 TEST_F(Urdf, TellsWhatIsWrongWithNames) {
-  EXPECT_TRUE(mentions(message(""), {"robot.urdf", "XML is damaged"}));
+  EXPECT_TRUE(mentions(message(""), {"robot.urdf", "no URDF"}));
   EXPECT_TRUE(mentions(message("<robot><link name=\"a\"></robot>"), {"byte", "XML is damaged"}));
   EXPECT_TRUE(mentions(message("<sdf/>"), {"SDF, not URDF"}));
   EXPECT_TRUE(mentions(message(robot("<xacro:macro name=\"m\"/>")), {"macros", "xacro FILE.xacro"}));

@@ -104,6 +104,11 @@ TEST_F(SceneTool, ImportMakesASceneOfARobot) {
   EXPECT_EQ(run("scene check arm.json --visual").code, 2);
   EXPECT_TRUE(mentions(run("scene imprt arm.urdf").err, {"Did you mean import"}));
   EXPECT_TRUE(mentions(run("scene import").err, {"Name the robot"}));
+  const Run scene = run("scene import arm.json -o arm.json");
+  EXPECT_EQ(scene.code, 2);
+  EXPECT_TRUE(mentions(scene.err, {"arm.json' is no URDF", "scene check"}));
+  std::ofstream(folder() / "arm.txt") << "{\"robot\": \"<r>\"}";
+  EXPECT_TRUE(mentions(run("scene import arm.txt").err, {"arm.txt is no URDF", "not XML"}));
 }
 
 TEST_F(SceneTool, ExportWritesGltf) {

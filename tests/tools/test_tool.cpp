@@ -1166,6 +1166,25 @@ TEST_F(Tool, ManPageAndCompletionKnowEveryOption) {
   EXPECT_GT(seen, 80u);
 }
 
+/// What bash would offer.
+TEST_F(Tool, CompletionKnowsWhatCanBeDoneWithAScene) {
+  std::ofstream(folder_ / "complete.bash") << run("--completion").out;
+  const auto offered = [&](const std::string& words, int at) {
+    const fs::path out = folder_ / "offered";
+    const std::string ask = "source complete.bash; COMP_WORDS=(" + words + "); COMP_CWORD=" + std::to_string(at) +
+                            "; _rayrep; echo ${COMPREPLY[*]} > offered";
+    EXPECT_EQ(std::system(("cd '" + folder_.string() + "' && bash -c '" + ask + "'").c_str()), 0);
+    std::string text = text_of(out);
+    text.pop_back();
+    return text;
+  };
+  EXPECT_EQ(offered("rayrep scene \"\"", 2), "check import export");
+  EXPECT_EQ(offered("rayrep scene im", 2), "import");
+  EXPECT_EQ(offered("rayrep scene import \"\"", 3), "");
+  EXPECT_EQ(offered("rayrep float \"\"", 2), "");
+  EXPECT_EQ(offered("rayrep sce", 1), "scene");
+}
+
 /// Width and height that a PNG says, 0 for what is none.
 std::pair<unsigned, unsigned> png_size(const std::string& bytes) {
   if (bytes.size() < 24 || bytes.rfind("\x89PNG\r\n\x1a\n", 0) != 0) return {};

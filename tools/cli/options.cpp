@@ -1316,6 +1316,10 @@ void choose_import(Options& options) {
   if (action == "check" && !options.output.empty())
     usage_error("--output is of import and export: rayrep scene import ROBOT.urdf, rayrep scene export SCENE.");
   if (action != "import" && options.scene.visual) usage_error("--visual is of import: rayrep scene import ROBOT.urdf.");
+  if (action == "import" && options.input.extension() == ".json")
+    usage_error("'" + options.input.string() +
+                "' is no URDF by its name: import makes a scene of a robot, a file that ends in .urdf. "
+                "A scene that is there already is checked by 'rayrep scene check'.");
   if (action != "check" && options.output.empty())
     options.output = options.input.stem().string() + (action == "import" ? ".json" : ".glb");
   if (action == "export" && options.output.extension() != ".glb")
@@ -1450,6 +1454,11 @@ void refuse_overwriting(const Options& options) {
     for (const auto& [other, path] : texts)
       if (&path != &text && same(text, path)) usage_error("--" + std::string(name) + " and --" + other + " name the same file.");
   }
+}
+
+const std::vector<std::string>& scene_actions() {
+  static const std::vector<std::string> actions = {"check", "import", "export"};
+  return actions;
 }
 
 const std::vector<Syntax>& commands() {
@@ -1789,14 +1798,14 @@ namespace {
 /// Takes "check" or what else is to be done with a scene out of the words of a command line.
 /// @throws Error{usage} for what may be meant as such
 void take_scene_action(std::vector<const char*>& words, Options& options) {
-  static const std::vector<std::string> kActions = {"check", "import", "export"};
+  const std::vector<std::string>& actions = scene_actions();
   if (words.size() < 3) return;
   const std::string word = words[2];
-  if (std::find(kActions.begin(), kActions.end(), word) != kActions.end()) {
+  if (std::find(actions.begin(), actions.end(), word) != actions.end()) {
     options.scene.action = word;
     words.erase(words.begin() + 2);
   } else if (word.find('.') == word.npos && words.size() > 3 && words[3][0] != '-') {
-    const std::string meant = nearest_name(word, kActions);
+    const std::string meant = nearest_name(word, actions);
     usage_error("There is no 'scene " + word + "'." + (meant.empty() ? "" : " Did you mean " + meant + "?") +
                 " There are: rayrep scene check SCENE, rayrep scene import ROBOT.urdf, rayrep scene export SCENE.");
   }

@@ -164,6 +164,9 @@ struct Syntax {
   Command command;
   std::string takes = "MESH";  ///< there
 };
+/// What can be done with a scene: the word after "scene".
+const std::vector<std::string>& scene_actions();
+
 const std::vector<Syntax>& commands();
 std::vector<Group> groups_of(const Syntax& syntax, Options& options);
 /// Of a setting without the letter that is short for it.

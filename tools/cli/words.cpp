@@ -282,10 +282,15 @@ std::string bash_completion() {
     cases.back() = '"';
     cases += " ;;\n";
   }
+  std::string actions;
+  for (const std::string& action : scene_actions()) actions += (actions.empty() ? "" : " ") + action;
   return "# eval \"$(rayrep --completion)\"\n_rayrep() {\n  local word=${COMP_WORDS[COMP_CWORD]} words=\n  if [ \"$COMP_CWORD\" "
          "-eq 1 ]; then\n    words=\"" +
          words.substr(1) + " --help --version\"\n  else case ${COMP_WORDS[1]} in\n" + cases +
-         "  esac; fi\n  case $word in\n    -*) ;;\n    *) [ \"$COMP_CWORD\" -eq 1 ] || words= ;;\n  esac\n"
+         "  esac; fi\n  case $word in\n    -*) ;;\n    *) [ \"$COMP_CWORD\" -eq 1 ] || words=\n"
+         "       [ \"$COMP_CWORD ${COMP_WORDS[1]}\" = '2 scene' ] && words=\"" +
+         actions +
+         "\" ;;\n  esac\n"
          "  mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$word\")\n}\ncomplete -o default -F _rayrep rayrep\n";
 }
 

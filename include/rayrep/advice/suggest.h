@@ -18,6 +18,9 @@ namespace rayrep {
 /// What may be changed of what was asked, from what intrudes least on.
 enum class ChangeKind {
   plug,       ///< holes that drain it, closed again
+  drain,      ///< holes that drain it, or narrower ones
+  roof,       ///< cavities whose roofs are flatter, on thinner pillars or on none
+  direction,  ///< of the print: another way up on the bed
   point,      ///< through which point a top's axis goes; above which the body stands
   tilt,       ///< the way up, by a few degrees
   wall,       ///< thinner
@@ -33,9 +36,9 @@ enum class ChangeKind {
   material,   ///< another density
   deform,     ///< the outside moved
 };
-inline constexpr std::array<const char*, 15> kChangeKindNames = {"plug",      "point",   "tilt",    "wall",     "prefer",
-                                                                 "waterline", "size",    "contact", "infill",   "core",
-                                                                 "balls",     "flatten", "up",      "material", "deform"};
+inline constexpr std::array<const char*, 18> kChangeKindNames = {
+    "plug",   "drain", "self-supporting", "print-direction", "point", "tilt",     "wall",  "prefer", "waterline", "size", "contact",
+    "infill", "core",  "balls",           "flatten",         "up",    "material", "deform"};
 
 /// How far each kind of change goes. What is looked for lies within these, whoever looks.
 struct ChangeLimits {
