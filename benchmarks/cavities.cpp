@@ -28,24 +28,47 @@ double distance_to_curve(const Vector3d& p, const SurfaceQuery& surface, double 
   return std::sqrt(std::max(0.0, (g * g + d * d - 2 * cosine * g * d) / (1 - cosine * cosine)));
 }
 
-/// Whether a triangle's corners are nearer to f = 0 than to d = wall, taken together: those on a crease are near both.
-bool is_cap(const Eigen::Vector3i& t, const Mesh& cavity, const std::vector<double>& off_wall_mm, const Quadric& f) {
-  double sum_mm = 0;
-  for (const int v : t) sum_mm += std::abs(f.distance(cavity.vertices[v])) - off_wall_mm[v];
-  return sum_mm < 0;
+/// The two surfaces of a cavity, seen from its mesh.
+struct Surfaces {
+  const Mesh& cavity;
+  const SurfaceQuery& outside;
+  double wall_mm;
+  const Quadric& f;
+};
+
+/// Whether a triangle is one of f = 0: its corners are nearer to it than to d = wall, taken together. Where they are near both it
+/// also faces as f = 0 does rather than as d = wall does there; one without a normal may be either.
+bool is_cap(const Eigen::Vector3i& t, const Surfaces& of, const std::vector<double>& off_wall_mm) {
+  double off_f_mm = 0;
+  double off_d_mm = 0;
+  for (const int v : t) {
+    off_f_mm += std::abs(of.f.distance(of.cavity.vertices[v]));
+    off_d_mm += off_wall_mm[v];
+  }
+  if (off_f_mm >= off_d_mm) return false;
+  if (off_d_mm > of.wall_mm) return true;
+  const Vector3d& a = of.cavity.vertices[t[0]];
+  const Vector3d& b = of.cavity.vertices[t[1]];
+  const Vector3d& c = of.cavity.vertices[t[2]];
+  const Vector3d area = (b - a).cross(c - a);
+  if (area.norm() < 1e-3 * (b - a).norm() * (c - a).norm()) return true;
+  const Vector3d middle = (a + b + c) / 3;
+  const Vector3d to_outside = of.outside.closest(middle, 1e3).point_mm - middle;
+  return std::abs(area.dot(of.f.gradient(middle).normalized())) > std::abs(area.dot(to_outside.normalized()));
 }
 
 /// Of the corners at which triangles on f = 0 meet others, ascending.
-std::vector<double> crease_distances(const Mesh& cavity, const SurfaceQuery& surface, double wall_mm, const Quadric& f) {
+std::vector<double> crease_distances(const Surfaces& of) {
+  const std::vector<Vector3d>& vertices = of.cavity.vertices;
   std::vector<double> off_wall_mm;
-  for (const Vector3d& p : cavity.vertices) off_wall_mm.push_back(std::abs(surface.closest(p, 1e3).distance_mm - wall_mm));
-  std::vector<char> of_cap(cavity.vertices.size(), 0);
-  std::vector<char> of_wall(cavity.vertices.size(), 0);
-  for (const Eigen::Vector3i& t : cavity.triangles)
-    for (const int v : t) (is_cap(t, cavity, off_wall_mm, f) ? of_cap : of_wall)[v] = 1;
+  for (const Vector3d& p : vertices) off_wall_mm.push_back(std::abs(of.outside.closest(p, 1e3).distance_mm - of.wall_mm));
+  std::vector<char> of_cap(vertices.size(), 0);
+  std::vector<char> of_wall(vertices.size(), 0);
+  for (const Eigen::Vector3i& t : of.cavity.triangles)
+    for (const int v : t) (is_cap(t, of, off_wall_mm) ? of_cap : of_wall)[v] = 1;
   std::vector<double> distances;
   for (std::size_t v = 0; v < of_cap.size(); ++v)
-    if (of_cap[v] && of_wall[v]) distances.push_back(distance_to_curve(cavity.vertices[v], surface, wall_mm, f));
+    if (of_cap[v] && of_wall[v]) distances.push_back(distance_to_curve(vertices[v], of.outside, of.wall_mm, of.f));
   std::erase_if(distances, [](double d) { return !std::isfinite(d); });
   std::sort(distances.begin(), distances.end());
   return distances;
@@ -72,7 +95,7 @@ void measure(const Mesh& solid, const Spec& spec, Record& r) {
   r.more["wall"] = smallest_gap(cavity, surface) / wall_mm;
   r.more["crossing"] = static_cast<double>(crossing_as_delivered);
   const Quadric f{quadric_hessian(result.q), result.q.segment<3>(MX), result.q[M1]};
-  const std::vector<double> distances = crease_distances(cavity, surface, wall_mm, f);
+  const std::vector<double> distances = crease_distances({cavity, surface, wall_mm, f});
   if (distances.empty()) return;
   double sum2 = 0;
   for (const double d : distances) sum2 += d * d;

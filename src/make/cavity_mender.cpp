@@ -44,17 +44,23 @@ void mark_corners(const Mesh& mesh, const std::vector<int>& triangles, std::vect
 }
 
 /// Moves the marked vertices half the way to the middle of those around them.
-void relax(Mesh& mesh, const std::vector<char>& marked) {
+/// @param most  how far: at most as many times as it is to the nearest of them
+void relax(Mesh& mesh, const std::vector<char>& marked, double most) {
   std::vector<Vector3d> sum(mesh.vertices.size(), Vector3d::Zero());
   std::vector<int> count(mesh.vertices.size(), 0);
+  std::vector<double> nearest2(mesh.vertices.size(), HUGE_VAL);
   for (const auto& t : mesh.triangles)
     for (int k = 0; k < 3; ++k) {
       if (!marked[t[k]]) continue;
       sum[t[k]] += mesh.vertices[t[(k + 1) % 3]] + mesh.vertices[t[(k + 2) % 3]];
       count[t[k]] += 2;
+      nearest2[t[k]] = std::min(nearest2[t[k]], (mesh.vertices[t[(k + 1) % 3]] - mesh.vertices[t[k]]).squaredNorm());
     }
-  for (std::size_t v = 0; v < marked.size(); ++v)
-    if (count[v] > 0) mesh.vertices[v] = 0.5 * (mesh.vertices[v] + sum[v] / count[v]);
+  for (std::size_t v = 0; v < marked.size(); ++v) {
+    if (count[v] == 0) continue;
+    const Vector3d way = 0.5 * (sum[v] / count[v] - mesh.vertices[v]);
+    mesh.vertices[v] += std::min(1.0, most * std::sqrt(nearest2[v]) / way.norm()) * way;
+  }
 }
 
 }  // namespace
@@ -62,8 +68,11 @@ void relax(Mesh& mesh, const std::vector<char>& marked) {
 std::vector<std::size_t> CavityMender::mend(Mesh& mesh, std::vector<char> moved, const std::vector<char>& within) const {
   constexpr int kAttempts = 8;
   constexpr std::size_t kFew = 64;
+  const bool is_cut = within.empty() && std::find(moved.begin(), moved.end(), 0) != moved.end();
+  const std::vector<Vector3d> before = mesh.vertices;
   thicken(mesh, moved, within);
   std::vector<std::size_t> crosses = crossing(mesh, moved);
+  if (!crosses.empty() && crosses.size() <= kFew) take_back(mesh, moved, before, crosses);
   // Many that hardly become fewer are for the caller to close.
   auto goes_on = [&, before = 2 * crosses.size()]() mutable {
     const bool fewer = crosses.size() <= 0.7 * static_cast<double>(std::exchange(before, crosses.size()));
@@ -73,7 +82,8 @@ std::vector<std::size_t> CavityMender::mend(Mesh& mesh, std::vector<char> moved,
     std::fill(moved.begin(), moved.end(), 0);
     mark_corners(mesh, std::vector<int>(crosses.begin(), crosses.end()), moved);
     for (int ring = 0; ring < attempt / 2; ++ring) mark_corners(mesh, triangles_at(mesh, moved), moved);
-    relax(mesh, moved);
+    // Of a cut the triangles are of all sizes, and its creases are to stay where they are, if that helps.
+    relax(mesh, moved, is_cut && attempt < kAttempts / 2 ? 1 : HUGE_VAL);
     thicken(mesh, moved, within);
     crosses = crossing(mesh, moved);
   }
@@ -107,6 +117,26 @@ void CavityMender::thicken(Mesh& mesh, std::vector<char>& moved, const std::vect
     }
     for (std::size_t v = 0; v < push.size(); ++v)
       if (changed[v]) mesh.vertices[v] += push[v];
+  }
+}
+
+/// Where thickening has made triangles cross, half of it or none may do: the wall was nearly there before.
+void CavityMender::take_back(Mesh& mesh, const std::vector<char>& moved, const std::vector<Vector3d>& before,
+                             std::vector<std::size_t>& crosses) const {
+  constexpr double kLeast = 0.982;  // of the wall
+  Mesh thinner = mesh;
+  std::vector<std::size_t> left = crosses;
+  for (const double share : {0.5, 0.0}) {
+    std::vector<char> corners(mesh.vertices.size(), 0);
+    mark_corners(mesh, std::vector<int>(left.begin(), left.end()), corners);
+    for (std::size_t v = 0; v < corners.size(); ++v)
+      if (corners[v]) thinner.vertices[v] = before[v] + share * (mesh.vertices[v] - before[v]);
+    left = crossing(thinner, moved);
+    if (!gaps_below(thinner, triangles_at(thinner, corners), surface_, kLeast * options_.wall_mm).empty()) return;
+    if (!left.empty()) continue;
+    mesh = std::move(thinner);
+    crosses.clear();
+    return;
   }
 }
 

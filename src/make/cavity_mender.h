@@ -27,6 +27,8 @@ public:
 private:
   /// Marks as moved what it moves.
   void thicken(Mesh& mesh, std::vector<char>& moved, const std::vector<char>& within) const;
+  void take_back(Mesh& mesh, const std::vector<char>& moved, const std::vector<Eigen::Vector3d>& before,
+                 std::vector<std::size_t>& crosses) const;
 
   const SurfaceQuery& surface_;
   const CavityOptions& options_;

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "mesh/planar_triangulation.h"
+#include "mesh/predicates.h"
 #include "mesh/quadric_chart.h"
 
 namespace rayrep {
@@ -32,6 +33,9 @@ public:
     plane_->improve();
     return is_sound();
   }
+
+  /// Vertices at which the loops cross in this chart.
+  const std::vector<int>& tangled() const { return tangled_; }
 
   void append_to(Mesh& mesh) const {
     std::vector<int> number = number_;
@@ -73,9 +77,49 @@ private:
     }
     for (const auto& loop : places)
       for (std::size_t n = 0; n < loop.size(); ++n) sides_.push_back({loop[n], loop[(n + 1) % loop.size()]});
-    for (const auto& [a, b] : sides_)
-      if (!plane_->fix(a, b)) return false;
-    return look_inside();
+    for (const auto& side : sides_)
+      if (!plane_->fix(side[0], side[1])) note_tangle(side);
+    if (!tangled_.empty()) return false;
+    if (look_inside()) return true;
+    for (const auto& loop : places) note_reversed(loop, places);
+    return false;
+  }
+
+  /// A loop that runs round clockwise and lies in no other one, or counter-clockwise in one.
+  void note_reversed(const std::vector<int>& loop, const std::vector<std::vector<int>>& loops) {
+    double area = 0;
+    for (std::size_t n = 0; n < loop.size(); ++n) {
+      const Vector2d& a = plane_->point(loop[n]);
+      const Vector2d& b = plane_->point(loop[(n + 1) % loop.size()]);
+      area += a.x() * b.y() - a.y() * b.x();
+    }
+    bool is_within = false;
+    for (const auto& other : loops)
+      if (other[0] != loop[0]) is_within = is_within != holds(other, plane_->point(loop[0]));
+    if ((area > 0) != is_within) return;
+    for (const int n : loop) tangled_.push_back(number_[n]);
+  }
+
+  bool holds(const std::vector<int>& loop, const Vector2d& p) const {
+    bool is_in = false;
+    for (std::size_t n = 0; n < loop.size(); ++n) {
+      const Vector2d& a = plane_->point(loop[n]);
+      const Vector2d& b = plane_->point(loop[(n + 1) % loop.size()]);
+      if ((a.y() > p.y()) == (b.y() > p.y())) continue;
+      const bool is_left = orient2d(a, b, p) > 0;
+      is_in = is_in != (is_left == (b.y() > a.y()));
+    }
+    return is_in;
+  }
+
+  /// A side that cannot be, and those that are in its way.
+  void note_tangle(const std::array<int, 2>& side) {
+    const auto turn = [this](int a, int b, int c) { return orient2d(plane_->point(a), plane_->point(b), plane_->point(c)); };
+    const auto [a, b] = side;
+    tangled_.insert(tangled_.end(), {number_[a], number_[b]});
+    for (const auto& [c, d] : sides_)
+      if (c != b && d != a && turn(a, b, c) * turn(a, b, d) <= 0 && turn(c, d, a) * turn(c, d, b) <= 0)
+        tangled_.insert(tangled_.end(), {number_[c], number_[d]});
   }
 
   /// The points of a loop: few first, then those between, so that no point is far from one that is there.
@@ -86,7 +130,10 @@ private:
       for (std::size_t n = 0; n < loop.size(); n += stride) {
         if (places[n] >= 0) continue;
         places[n] = plane_->add(map(mesh.vertices[loop[n]]), n >= stride ? places[n - stride] : -1);
-        if (places[n] < 0) return false;
+        if (places[n] < 0) {
+          tangled_.push_back(loop[n]);
+          return false;
+        }
         keep(mesh.vertices[loop[n]], loop[n]);
       }
     return true;
@@ -219,6 +266,7 @@ private:
   std::vector<Vector3d> position_;  ///< of the plane's points
   std::vector<int> number_;         ///< in the mesh; -1: new
   std::vector<std::array<int, 2>> sides_;
+  std::vector<int> tangled_;
   std::vector<char> inside_;
   static constexpr std::array<int, 3> kNone{-1, -1, -1};
   std::vector<std::array<int, 3>> near_;  ///< of each triangle with which corners it was found to be near enough to f = 0
@@ -236,7 +284,9 @@ int turn_of(const QuadricChart& chart, const Quadric& f, const Mesh& mesh, const
 }
 
 /// The sheets of a graph are told apart by the way it turns; other charts have one.
-bool make_caps(const Quadric& f, const QuadricChart& chart, const Loops& loops, double error_mm, Mesh& mesh) {
+/// @param[out] tangled  vertices at which loops cross
+bool make_caps(const Quadric& f, const QuadricChart& chart, const Loops& loops, double error_mm, Mesh& mesh,
+               std::vector<int>& tangled) {
   Loops sheets[2];
   for (const auto& loop : loops) {
     const int turn = turn_of(chart, f, mesh, loop);
@@ -246,11 +296,14 @@ bool make_caps(const Quadric& f, const QuadricChart& chart, const Loops& loops, 
   if (chart.kind != QuadricChart::Kind::graph && !sheets[0].empty() && !sheets[1].empty()) return false;
   std::vector<Cap> caps;
   caps.reserve(2);
+  bool is_made = true;
   for (int side = 0; side < 2; ++side) {
     if (sheets[side].empty()) continue;
     caps.emplace_back(f, chart, side == 0 ? -1 : 1, error_mm);
-    if (!caps.back().make(mesh, sheets[side])) return false;
+    is_made = caps.back().make(mesh, sheets[side]) && is_made;
+    tangled.insert(tangled.end(), caps.back().tangled().begin(), caps.back().tangled().end());
   }
+  if (!is_made) return false;
   for (const Cap& cap : caps) cap.append_to(mesh);
   return true;
 }
@@ -265,14 +318,16 @@ bool comes_first(const Quadric& f) {
   return f.constant > 0;
 }
 
-bool append_caps(const Quadric& f, const std::vector<std::vector<int>>& loops, double error_mm, Mesh& mesh) {
+bool append_caps(const Quadric& f, const std::vector<std::vector<int>>& loops, double error_mm, Mesh& mesh,
+                 std::vector<int>& tangled) {
+  tangled.clear();
   if (loops.empty()) return true;
   if (!comes_first(f)) {  // the same from behind
     std::vector<std::vector<int>> back = loops;
     for (auto& loop : back) std::reverse(loop.begin() + 1, loop.end());
     const std::size_t first = mesh.triangles.size();
     const Quadric opposite = -f;
-    if (!comes_first(opposite) || !append_caps(opposite, back, error_mm, mesh)) return false;
+    if (!comes_first(opposite) || !append_caps(opposite, back, error_mm, mesh, tangled)) return false;
     for (std::size_t t = first; t < mesh.triangles.size(); ++t) std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
     return true;
   }
@@ -281,8 +336,11 @@ bool append_caps(const Quadric& f, const std::vector<std::vector<int>>& loops, d
     curves.emplace_back();
     for (const int v : loop) curves.back().push_back(mesh.vertices[v]);
   }
-  for (const QuadricChart& chart : quadric_charts(f, curves, error_mm))
-    if (make_caps(f, chart, loops, error_mm, mesh)) return true;
+  for (const QuadricChart& chart : quadric_charts(f, curves, error_mm)) {
+    std::vector<int> here;
+    if (make_caps(f, chart, loops, error_mm, mesh, here)) return true;
+    if (!here.empty() && (tangled.empty() || here.size() < tangled.size())) tangled = std::move(here);
+  }
   return false;
 }
 

@@ -8,254 +8,24 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <numeric>
+#include <set>
 #include <unordered_map>
 
-#include "mesh/edge_collapse.h"
+#include "mesh/crossing.h"
 #include "mesh/mesh_edges.h"
 #include "mesh/quadric_cap.h"
 #include "mesh/quadric_ellipsoid.h"
+#include "mesh/quadric_landing.h"
+#include "mesh/quadric_refiner.h"
 
 namespace rayrep {
 namespace {
 
 using Eigen::Vector3d;
 
-/// f along a segment from a to b: fa + t slope + t^2 bend.
-struct Along {
-  double at_a, slope, bend;
-
-  Along(const Quadric& f, const Vector3d& a, const Vector3d& b, double fa, double fb)
-      : at_a(fa), slope(0), bend(0.5 * (b - a).dot(f.hessian * (b - a))) {
-    slope = fb - fa - bend;
-  }
-  /// Where it changes its sign, once.
-  double root() const {
-    const double root = std::sqrt(std::max(0.0, slope * slope - 4 * bend * at_a));
-    const double q = -0.5 * (slope + std::copysign(root, slope != 0 ? slope : bend));  // the other way for -f
-    const double one = q == 0 ? 0.5 : at_a / q;
-    const double two = bend == 0 ? one : q / bend;
-    const auto outside = [](double t) { return std::max({0.0, -t, t - 1}); };
-    return std::clamp(outside(one) <= outside(two) ? one : two, 0.0, 1.0);
-  }
-};
-
 bool is_above(double value, const QuadricClipOptions& options) { return value > 0 || (value == 0 && options.zero_is_above); }
-
-/// Puts points on both surfaces.
-class Lander {
-public:
-  Lander(const Quadric& f, const QuadricClipOptions& options) : f_(f), options_(options) {}
-
-  /// The point of the curve near p; none where steps do not settle there, or lead farther away than `reach_mm`.
-  std::optional<Vector3d> on_curve(const Vector3d& start, double reach_mm) const {
-    constexpr int kSteps = 12;
-    const double settled = 1e-4 * options_.error_mm;
-    Vector3d p = start;
-    for (int step = 0; step < kSteps; ++step) {
-      const double d = f_.distance(p);
-      const Vector3d m = f_.gradient(p).normalized();
-      const std::optional<LevelAt> level = options_.surface ? options_.surface(p) : LevelAt{0, m.unitOrthogonal()};
-      if (!level || !std::isfinite(d) || (p - start).norm() > reach_mm) return std::nullopt;
-      if (std::max(std::abs(d), std::abs(level->height_mm)) < settled) return f_.nearest(p);
-      const double cosine = m.dot(level->normal);
-      const double sine2 = 1 - cosine * cosine;
-      if (sine2 < 0.01) return std::nullopt;  // the surfaces all but touch
-      p += ((cosine * level->height_mm - d) * m + (cosine * d - level->height_mm) * level->normal) / sine2;
-    }
-    return std::nullopt;
-  }
-
-  /// The point of the surface near p.
-  Vector3d on_surface(const Vector3d& start, double reach_mm) const {
-    constexpr int kSteps = 6;
-    if (!options_.surface) return start;
-    Vector3d p = start;
-    for (int step = 0; step < kSteps; ++step) {
-      const std::optional<LevelAt> level = options_.surface(p);
-      if (!level || std::abs(level->height_mm) < 1e-9 * reach_mm) break;
-      p -= level->height_mm * level->normal;
-    }
-    return (p - start).norm() <= reach_mm ? p : start;
-  }
-
-private:
-  const Quadric& f_;
-  const QuadricClipOptions& options_;
-};
-
-/// Splits edges and triangles until f changes its sign at most once along each, and the chords of the curve follow it.
-class Refiner {
-public:
-  Refiner(Mesh& mesh, const Quadric& f, const QuadricClipOptions& options)
-      : mesh_(mesh), f_(f), options_(options), land_(f, options) {
-    for (const Vector3d& v : mesh.vertices) value_.push_back(f.value(v));
-  }
-
-  void run() {
-    constexpr int kRounds = 60;  // two halve a triangle's size
-    new_.resize(mesh_.triangles.size());
-    std::iota(new_.begin(), new_.end(), std::size_t{0});
-    for (int round = 0; round < kRounds; ++round) {
-      middle_.clear();
-      inner_.clear();
-      for (const std::size_t t : new_) look_at(t);
-      if (middle_.empty() && inner_.empty()) return;
-      new_.clear();
-      split();
-    }
-  }
-
-  const std::vector<double>& values() const { return value_; }
-
-private:
-  bool above(int v) const { return is_above(value_[v], options_); }
-
-  void look_at(std::size_t t) {
-    const Eigen::Vector3i& v = mesh_.triangles[t];
-    const int count = above(v[0]) + above(v[1]) + above(v[2]);
-    bool is_split = false;
-    for (int k = 0; k < 3; ++k)
-      if (above(v[k]) == above(v[(k + 1) % 3])) is_split = split_twice_crossed(v[k], v[(k + 1) % 3]) || is_split;
-    if (is_split) return;
-    if (count == 0 || count == 3)
-      split_around_extreme(t);
-    else
-      split_long_chord(v);
-  }
-
-  /// Where f changes its sign and back along an edge, by more than the error.
-  bool split_twice_crossed(int a, int b) {
-    const Along along(f_, mesh_.vertices[a], mesh_.vertices[b], value_[a], value_[b]);
-    if (along.bend == 0 || (along.bend > 0) != above(a) ||
-        std::min(std::abs(value_[a]), std::abs(value_[b])) >= 0.25 * std::abs(along.bend))
-      return false;
-    const double t = -0.5 * along.slope / along.bend;
-    if (!(t > 0 && t < 1) || (along.at_a + 0.5 * t * along.slope > 0) == above(a)) return false;
-    const Vector3d p = mesh_.vertices[a] + t * (mesh_.vertices[b] - mesh_.vertices[a]);
-    if (!(std::abs(f_.distance(p)) > options_.error_mm)) return false;
-    middle_.try_emplace(edge_key(a, b), p);
-    return true;
-  }
-
-  /// Where f has another sign within a triangle than all around it.
-  void split_around_extreme(std::size_t t) {
-    const Vector3d& a = mesh_.corner(t, 0);
-    Eigen::Matrix<double, 3, 2> sides;
-    sides << mesh_.corner(t, 1) - a, mesh_.corner(t, 2) - a;
-    const Eigen::Matrix2d bend = sides.transpose() * f_.hessian * sides;
-    const double sign = above(mesh_.triangles[t][0]) ? 1 : -1;
-    const double determinant = bend.determinant();
-    if (!(determinant > 0) || sign * bend(0, 0) <= 0) return;
-    const Eigen::Vector2d s = -bend.inverse() * (sides.transpose() * f_.gradient(a));
-    if (!(s.minCoeff() > 0 && s.sum() < 1)) return;
-    const Vector3d p = a + sides * s;
-    if (sign * f_.value(p) < 0 && std::abs(f_.distance(p)) > options_.error_mm) inner_.emplace_back(t, p);
-  }
-
-  /// Where the curve leaves its chord in a triangle, that is halved.
-  void split_long_chord(const Eigen::Vector3i& v) {
-    Vector3d ends[2];
-    int n = 0;
-    int longest = 0;
-    for (int k = 0; k < 3; ++k) {
-      const Vector3d& a = mesh_.vertices[v[k]];
-      const Vector3d& b = mesh_.vertices[v[(k + 1) % 3]];
-      if (above(v[k]) != above(v[(k + 1) % 3]) && n < 2)
-        ends[n++] = a + Along(f_, a, b, value_[v[k]], value_[v[(k + 1) % 3]]).root() * (b - a);
-      if ((b - a).norm() > (mesh_.vertices[v[longest]] - mesh_.vertices[v[(longest + 1) % 3]]).norm()) longest = k;
-    }
-    const double length = (ends[1] - ends[0]).norm();
-    const double sag = std::abs(f_.distance(0.5 * (ends[0] + ends[1])));
-    if (length < 4 * options_.error_mm || !(sag > options_.error_mm)) return;
-    const int a = v[longest];
-    const int b = v[(longest + 1) % 3];
-    middle_.try_emplace(edge_key(a, b), 0.5 * (mesh_.vertices[a] + mesh_.vertices[b]));
-  }
-
-  int add(const Vector3d& p) {
-    mesh_.vertices.push_back(p);
-    value_.push_back(f_.value(p));
-    return static_cast<int>(mesh_.vertices.size()) - 1;
-  }
-
-  void split() {
-    std::unordered_map<std::uint64_t, int> numbers;
-    const std::size_t count = mesh_.triangles.size();
-    for (const auto& [t, p] : inner_) {
-      const Eigen::Vector3i v = mesh_.triangles[t];
-      bool is_cut = false;  // by a neighbour: it is looked at again
-      for (int k = 0; k < 3; ++k) is_cut = is_cut || middle_.contains(edge_key(v[k], v[(k + 1) % 3]));
-      if (is_cut) continue;
-      const int n = add(land_.on_surface(p, 4 * options_.error_mm));
-      replace(t, {{v[0], v[1], n}, {v[1], v[2], n}, {v[2], v[0], n}});
-    }
-    if (middle_.empty()) return;
-    for (std::size_t t = 0; t < count; ++t) {
-      const Eigen::Vector3i v = mesh_.triangles[t];
-      std::array<int, 3> middle{-1, -1, -1};
-      int cuts = 0;
-      for (int k = 0; k < 3; ++k) {
-        const std::uint64_t key = edge_key(v[k], v[(k + 1) % 3]);
-        const auto found = middle_.find(key);
-        if (found == middle_.end()) continue;
-        const auto [place, is_new] = numbers.try_emplace(key, -1);
-        if (is_new) place->second = add(land_.on_surface(found->second, 4 * options_.error_mm));
-        middle[k] = place->second;
-        ++cuts;
-      }
-      if (cuts > 0) cut(t, v, middle);
-    }
-  }
-
-  /// Replaces a triangle by those that its split sides leave.
-  void cut(std::size_t t, const Eigen::Vector3i& v, const std::array<int, 3>& middle) {
-    std::vector<int> ring;
-    for (int k = 0; k < 3; ++k) {
-      ring.push_back(v[k]);
-      if (middle[k] >= 0) ring.push_back(middle[k]);
-    }
-    // A corner whose both sides are split is cut off; what remains has a corner that sees it all.
-    std::vector<Eigen::Vector3i> pieces;
-    for (int k = 0; k < 3 && ring.size() > 4; ++k)
-      if (middle[k] >= 0 && middle[(k + 2) % 3] >= 0) {
-        pieces.emplace_back(middle[(k + 2) % 3], v[k], middle[k]);
-        ring.erase(std::find(ring.begin(), ring.end(), v[k]));
-      }
-    if (ring.size() == 4) {
-      const auto length = [&](int i, int j) { return (mesh_.vertices[ring[i]] - mesh_.vertices[ring[j]]).squaredNorm(); };
-      const int first = pieces.empty() ? start_of(ring, middle) : length(0, 2) <= length(1, 3) ? 0 : 1;
-      std::rotate(ring.begin(), ring.begin() + first, ring.end());
-    }
-    for (std::size_t k = 2; k < ring.size(); ++k) pieces.emplace_back(ring[0], ring[k - 1], ring[k]);
-    replace(t, pieces);
-  }
-
-  void replace(std::size_t t, const std::vector<Eigen::Vector3i>& pieces) {
-    mesh_.triangles[t] = pieces[0];
-    new_.push_back(t);
-    for (std::size_t n = 1; n < pieces.size(); ++n) {
-      new_.push_back(mesh_.triangles.size());
-      mesh_.triangles.push_back(pieces[n]);
-    }
-  }
-
-  /// With one side split: its middle.
-  static int start_of(const std::vector<int>& ring, const std::array<int, 3>& middle) {
-    for (std::size_t k = 0; k < ring.size(); ++k)
-      if (std::find(middle.begin(), middle.end(), ring[k]) != middle.end()) return static_cast<int>(k);
-    return 0;
-  }
-
-  Mesh& mesh_;
-  const Quadric& f_;
-  const QuadricClipOptions& options_;
-  Lander land_;
-  std::vector<double> value_;
-  std::unordered_map<std::uint64_t, Vector3d> middle_;  ///< of edges that are split
-  std::vector<std::pair<std::size_t, Vector3d>> inner_;
-  std::vector<std::size_t> new_;  ///< triangles that were not looked at yet
-};
 
 /// Cuts a mesh along f = 0, where f changes its sign at most once along each edge.
 class Cutter {
@@ -266,21 +36,106 @@ public:
         f_(f),
         options_(options),
         land_(f, options),
-        snapped_(mesh_.vertices.size(), 0) {}
+        snapped_(mesh_.vertices.size(), 0) {
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
+      if (is_cut(mesh_.triangles[t])) cut_.push_back(t);
+  }
 
-  std::optional<QuadricClipped> run() {
+  /// Puts points on the curve. @returns triangles of whose points some found no place there, or whose piece is folded by that
+  std::vector<std::size_t> place() {
     snap();
     find_crossings();
-    take_back_folds();
-    if (std::optional<QuadricClipped> result = assemble()) return result;
-    // Nearer to each other than the surfaces are to their mesh: on the mesh itself curves do not cross.
+    return pieces_where([this](std::size_t t, const Piece& piece) {
+      return is_folded(t) || is_unplaced(t) || lacks_wall(piece, 0.5 * options_.error_mm);
+    });
+  }
+
+  /// Of the curve's chords in these triangles, before their ends were put on it.
+  double length_in(const std::vector<std::size_t>& triangles) const {
+    double sum = 0;
+    for (const std::size_t t : triangles) {
+      const Piece whole = piece(mesh_.triangles[t]);
+      sum += (before(whole.enters) - before(whole.leaves)).norm();
+    }
+    return sum;
+  }
+
+  /// Points that found no place on the curve, or whose way there has folded something, become one with a neighbour that has its
+  /// place; where that folds something, too, they go back. Then points closer to each other than the error become one.
+  /// @param may_close  whether closed curves may become a point, which is where parts of the surface then touch f = 0
+  void settle(bool may_close) {
+    constexpr int kRounds = 4;
+    may_close_ = may_close;
+    merged_.clear();
+    groups_.clear();
+    for (int round = 0; round < kRounds; ++round) {
+      for (bool changed = true; changed;) {
+        changed = false;
+        for (const std::size_t t : cut_)
+          if (is_folded(t) || is_unplaced(t)) changed = merge_at(t) || changed;
+      }
+      std::vector<int> back;
+      for (const std::size_t t : cut_) {
+        if (!is_folded(t)) continue;
+        const Piece left = piece(mesh_.triangles[t]);
+        back.insert(back.end(), left.corner.begin(), left.corner.begin() + left.count);
+        back.insert(back.end(), {left.leaves, left.enters});
+      }
+      if (back.empty()) break;
+      for (const int n : back) take_back(n);
+    }
+    if (!options_.surface) return;
+    for (const auto& [n, triangles] : at_)
+      if (!merged_.contains(n)) merge(n, options_.error_mm);
+    for (bool changed = may_close; changed;) {
+      changed = false;
+      for (const auto& [n, triangles] : at_)
+        if (!merged_.contains(n) && (tangled_.contains(n) || is_of_three(n))) changed = merge(n, 4 * options_.error_mm) || changed;
+    }
+  }
+
+  /// @returns none where the curves cannot be capped: some are tangled, then
+  std::optional<QuadricClipped> assemble() {
+    tangled_.clear();
+    return assembled();
+  }
+  /// Pairs of triangles that cross where points were merged.
+  std::size_t crossings() const { return crossings_; }
+
+  /// Triangles in which curves cross others.
+  std::vector<std::size_t> tangled() const {
+    return pieces_where(
+        [this](std::size_t, const Piece& piece) { return tangled_.contains(piece.leaves) && tangled_.contains(piece.enters); });
+  }
+
+  /// Points at which curves cross go back, and points that cannot be one stay apart. @returns false where there are none
+  bool untangle() {
+    bool some = false;
+    for (const int n : tangled_) some = take_back(n) || some;
+    for (const int n : spoilt_) {
+      const auto group = groups_.find(n);
+      if (group == groups_.end()) continue;
+      for (const int m : group->second) some = separate_.insert(m).second || some;
+    }
+    return some;
+  }
+  void take_back_all() {
+    merged_.clear();
+    groups_.clear();
     for (std::size_t n = 0; n < mesh_.vertices.size(); ++n) take_back(static_cast<int>(n));
-    return assemble();
   }
 
 private:
   bool above(int v) const { return is_above(value_[v], options_); }
   bool is_cut(const Eigen::Vector3i& v) const { return above(v[0]) != above(v[1]) || above(v[1]) != above(v[2]); }
+
+  template <typename Condition>
+  std::vector<std::size_t> pieces_where(const Condition& holds) const {
+    std::vector<std::size_t> triangles;
+    for (const std::size_t t : cut_)
+      if (holds(t, piece(mesh_.triangles[t]))) triangles.push_back(t);
+    return triangles;
+  }
 
   /// Vertices on the mesh's own curve are points of it as they are. Those close to it are moved onto it: what the cut leaves of
   /// their triangles would be slivers. No two neighbours are, and none around which f changes its sign more than twice.
@@ -291,26 +146,26 @@ private:
         before_.emplace(static_cast<int>(n), mesh_.vertices[n]);
       }
     if (!options_.surface) return;  // others would leave the mesh
-    const VertexCorners at(mesh_);
-    std::vector<char> looked_at(mesh_.vertices.size(), 0);
-    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
-      const Eigen::Vector3i v = mesh_.triangles[t];
-      if (!is_cut(v)) continue;
-      for (const int n : v)
-        if (!std::exchange(looked_at[n], 1)) snap(n, at);
-    }
+    std::vector<char> is_near(mesh_.vertices.size(), 0);
+    for (const std::size_t t : cut_)
+      for (const int n : mesh_.triangles[t]) is_near[n] = 1;
+    std::unordered_map<int, std::vector<Fan>> fans;
+    for (const Eigen::Vector3i& v : mesh_.triangles)
+      for (int k = 0; k < 3; ++k)
+        if (is_near[v[k]]) fans[v[k]].push_back({v[(k + 1) % 3], v[(k + 2) % 3]});
+    for (const std::size_t t : cut_)
+      for (const int n : mesh_.triangles[t])
+        if (std::exchange(is_near[n], 0)) snap(n, fans.at(n));
   }
 
-  void snap(int n, const VertexCorners& at) {
+  using Fan = std::array<int, 2>;  ///< a triangle's two other corners, seen from one
+
+  void snap(int n, const std::vector<Fan>& fans) {
     constexpr double kShare = 0.2;  // of the shortest edge
     double shortest = HUGE_VAL;
     int changes = 0;
     Vector3d normal = Vector3d::Zero();
-    for (int c = at.first[n]; c < at.first[n + 1]; ++c) {
-      const Eigen::Vector3i& v = mesh_.triangles[at.corners[c] / 3];
-      const int k = at.corners[c] % 3;
-      const int a = v[(k + 1) % 3];
-      const int b = v[(k + 2) % 3];
+    for (const auto& [a, b] : fans) {
       if (snapped_[a] || snapped_[b]) return;
       changes += above(a) != above(b);
       shortest = std::min(shortest, (mesh_.vertices[a] - mesh_.vertices[n]).norm());
@@ -319,19 +174,19 @@ private:
     if (changes != 2) return;
     const Vector3d gradient = f_.gradient(mesh_.vertices[n]);
     normal.normalize();
-    const double along = (gradient - gradient.dot(normal) * normal).norm();
-    if (!(std::abs(value_[n]) < kShare * shortest * along)) return;
+    const Vector3d along = gradient - gradient.dot(normal) * normal;  // the mesh
+    if (!(std::abs(value_[n]) < kShare * shortest * along.norm())) return;
     const std::optional<Vector3d> p = land_.on_curve(mesh_.vertices[n], 2 * kShare * shortest);
     if (!p) return;
-    before_.emplace(n, mesh_.vertices[n]);
+    before_.emplace(n, mesh_.vertices[n] - value_[n] / along.squaredNorm() * along);
     mesh_.vertices[n] = *p;
     snapped_[n] = 1;
   }
 
   void find_crossings() {
     std::vector<std::array<int, 2>> edges;
-    for (const Eigen::Vector3i& v : mesh_.triangles) {
-      if (!is_cut(v)) continue;
+    for (const std::size_t t : cut_) {
+      const Eigen::Vector3i& v = mesh_.triangles[t];
       for (int k = 0; k < 3; ++k) {
         const int a = v[k];
         const int b = v[(k + 1) % 3];
@@ -339,6 +194,11 @@ private:
         const int number = static_cast<int>(mesh_.vertices.size() + edges.size());
         if (crossing_.try_emplace(edge_key(a, b), number).second) edges.push_back({std::min(a, b), std::max(a, b)});
       }
+    }
+    for (const std::size_t t : cut_) {
+      const Piece whole = piece(mesh_.triangles[t]);
+      at_[whole.leaves].push_back(t);
+      at_[whole.enters].push_back(t);
     }
     const std::size_t first = mesh_.vertices.size();
     mesh_.vertices.resize(first + edges.size());
@@ -348,10 +208,10 @@ private:
       const auto [a, b] = edges[n];
       const Vector3d& pa = mesh_.vertices[a];
       const Vector3d& pb = mesh_.vertices[b];
-      chord[n] = f_.nearest(pa + Along(f_, pa, pb, value_[a], value_[b]).root() * (pb - pa));
+      chord[n] = f_.nearest(pa + QuadricAlong(f_, pa, pb, value_[a], value_[b]).root() * (pb - pa));
       mesh_.vertices[first + n] = chord[n];
       if (!options_.surface) return;
-      const std::optional<Vector3d> p = land_.on_curve(chord[n], 0.5 * (pb - pa).norm());
+      const std::optional<Vector3d> p = land_.on_curve(chord[n], (pb - pa).norm());
       settled[n] = p.has_value();
       if (p) mesh_.vertices[first + n] = *p;
     });
@@ -361,6 +221,12 @@ private:
 
   int crossing(int a, int b) const { return snapped_[a] ? a : snapped_[b] ? b : crossing_.at(edge_key(a, b)); }
 
+  /// The point that a point was merged into, or itself.
+  int merged(int n) const {
+    const auto found = merged_.find(n);
+    return found == merged_.end() ? n : found->second;
+  }
+
   /// What is left of a triangle where f > 0: up to four corners, and the two of the cut.
   struct Piece {
     std::array<int, 4> corner{};
@@ -368,6 +234,10 @@ private:
     int leaves = -1, enters = -1;  ///< where its rim goes below f = 0, and where it comes back
   };
   Piece piece(const Eigen::Vector3i& v) const {
+    return piece(v, [this](int n) { return merged(n); });
+  }
+  template <typename Name>
+  Piece piece(const Eigen::Vector3i& v, const Name& name) const {
     Piece piece;
     const auto push = [&piece](int n) {
       if (piece.count == 0 || (piece.corner[piece.count - 1] != n && piece.corner[0] != n)) piece.corner[piece.count++] = n;
@@ -377,11 +247,17 @@ private:
       const int b = v[(k + 1) % 3];
       if (above(a)) push(a);
       if (above(a) == above(b)) continue;
-      const int c = crossing(a, b);
+      const int c = name(crossing(a, b));
       push(c);
       (above(a) ? piece.leaves : piece.enters) = c;
     }
     return piece;
+  }
+
+  /// Whether the chord of a piece is outside of the surface by more than that.
+  bool lacks_wall(const Piece& piece, double most_mm) const {
+    if (!options_.surface || piece.leaves == piece.enters) return false;
+    return land_.height(0.5 * (mesh_.vertices[piece.leaves] + mesh_.vertices[piece.enters])) > most_mm;
   }
 
   /// Where a vertex was before it was moved onto the curve.
@@ -391,48 +267,112 @@ private:
   }
 
   /// Whether the way onto the curve has turned a piece over, or its part of the curve round.
-  bool is_folded(const Piece& piece) const {
+  bool is_folded(std::size_t t) const {
     constexpr double kLeast = 0.3;  // cosine between then and now
     const auto is_turned = [](const Vector3d& now, const Vector3d& then) {
       return now.dot(then) <= kLeast * now.norm() * then.norm() && then.squaredNorm() > 0;
     };
-    const auto& at = mesh_.vertices;
+    const auto at = [this](int n) -> const Vector3d& { return mesh_.vertices[merged(n)]; };
+    const Piece whole = piece(mesh_.triangles[t], [](int n) { return n; });
+    if (merged(whole.leaves) != merged(whole.enters) &&
+        is_turned(at(whole.enters) - at(whole.leaves), before(whole.enters) - before(whole.leaves)))
+      return true;
+    if (piece(mesh_.triangles[t]).count < 3) return false;
     Vector3d now = Vector3d::Zero();
     Vector3d then = Vector3d::Zero();
-    for (int k = 2; k < piece.count; ++k) {
-      const auto& c = piece.corner;
-      now += (at[c[k - 1]] - at[c[0]]).cross(at[c[k]] - at[c[0]]);
+    for (int k = 2; k < whole.count; ++k) {
+      const auto& c = whole.corner;
+      now += (at(c[k - 1]) - at(c[0])).cross(at(c[k]) - at(c[0]));
       then += (before(c[k - 1]) - before(c[0])).cross(before(c[k]) - before(c[0]));
     }
-    return is_turned(now, then) || is_turned(at[piece.enters] - at[piece.leaves], before(piece.enters) - before(piece.leaves));
+    return is_turned(now, then);
   }
 
-  void take_back(int n) {
+  bool is_vertex(int n) const { return n < static_cast<int>(snapped_.size()); }
+
+  /// Whether an end of its part of the curve found no place there.
+  bool is_unplaced(std::size_t t) const {
+    const Piece whole = piece(mesh_.triangles[t]);
+    return !before_.contains(whole.leaves) || !before_.contains(whole.enters);
+  }
+
+  /// Merges one end of a triangle's part of the curve into another point: one without a place rather than the one that has come
+  /// farther.
+  bool merge_at(std::size_t t) {
+    const Piece whole = piece(mesh_.triangles[t]);
+    const auto worth = [this](int n) { return before_.contains(n) ? -(mesh_.vertices[n] - before(n)).norm() : -HUGE_VAL; };
+    if (!before_.contains(whole.leaves) && !before_.contains(whole.enters)) return false;
+    std::array<int, 2> ends{whole.leaves, whole.enters};
+    if (worth(ends[1]) < worth(ends[0])) std::swap(ends[0], ends[1]);
+    return merge(ends[0], HUGE_VAL) || merge(ends[1], HUGE_VAL);
+  }
+
+  /// The triangles at a point and those that are one with it.
+  std::vector<std::size_t> triangles_at(int n) const {
+    std::vector<std::size_t> triangles = at_.at(n);
+    if (const auto found = groups_.find(n); found != groups_.end())
+      for (const int m : found->second) triangles.insert(triangles.end(), at_.at(m).begin(), at_.at(m).end());
+    return triangles;
+  }
+
+  /// Its neighbours along the curve, nearest first.
+  std::vector<std::pair<double, int>> neighbours(int n, const std::vector<std::size_t>& triangles) const {
+    std::vector<std::pair<double, int>> ways;
+    for (const std::size_t t : triangles) {
+      const Piece whole = piece(mesh_.triangles[t]);
+      for (const int other : {whole.leaves, whole.enters})
+        if (other != n) ways.emplace_back((mesh_.vertices[other] - mesh_.vertices[n]).norm(), other);
+    }
+    std::sort(ways.begin(), ways.end());
+    ways.erase(std::unique(ways.begin(), ways.end()), ways.end());
+    return ways;
+  }
+
+  /// Whether no more than three points are left of its closed curve.
+  bool is_of_three(int n) const {
+    const auto along = neighbours(n, triangles_at(n));
+    if (along.size() < 2) return true;
+    const auto beyond = neighbours(along[0].second, triangles_at(along[0].second));
+    return std::any_of(beyond.begin(), beyond.end(), [&along](const auto& way) { return way.second == along[1].second; });
+  }
+
+  /// Makes a point one with its nearest neighbour on the curve, at most so far away, that has its place there unless neither has.
+  /// Nothing may be folded by that, and three points are to be left of each closed curve. Vertices stay themselves.
+  bool merge(int n, double most_mm) {
+    if (is_vertex(n) || separate_.contains(n)) return false;
+    const std::vector<std::size_t> triangles = triangles_at(n);
+    std::vector<int> group{n};
+    if (const auto found = groups_.find(n); found != groups_.end())
+      group.insert(group.end(), found->second.begin(), found->second.end());
+    for (const auto& [length, other] : neighbours(n, triangles)) {
+      if (length >= most_mm || (before_.contains(n) && !before_.contains(other))) continue;
+      for (const int m : group) merged_[m] = other;
+      std::vector<std::size_t> around = triangles_at(other);
+      around.insert(around.end(), triangles.begin(), triangles.end());
+      const auto is_worse = [this](std::size_t t) {
+        return is_folded(t) || lacks_wall(piece(mesh_.triangles[t]), options_.error_mm);
+      };
+      if ((may_close_ || neighbours(other, around).size() >= 2) && std::none_of(triangles.begin(), triangles.end(), is_worse)) {
+        std::vector<int>& joined = groups_[other];
+        joined.insert(joined.end(), group.begin(), group.end());
+        groups_.erase(n);
+        return true;
+      }
+      for (const int m : group) merged_[m] = n;
+      merged_.erase(n);
+    }
+    return false;
+  }
+
+  bool take_back(int n) {
     const auto place = before_.find(n);
-    if (place == before_.end()) return;
+    if (place == before_.end()) return false;
     mesh_.vertices[n] = f_.nearest(place->second);
     before_.erase(place);
+    return true;
   }
 
-  /// Points whose way onto the curve has folded something go back.
-  void take_back_folds() {
-    constexpr int kRounds = 4;
-    for (int round = 0; round < kRounds; ++round) {
-      std::vector<int> back;
-      for (const Eigen::Vector3i& v : mesh_.triangles) {
-        if (!is_cut(v)) continue;
-        const Piece left = piece(v);
-        if (!is_folded(left)) continue;
-        back.insert(back.end(), left.corner.begin(), left.corner.begin() + left.count);
-        back.push_back(left.leaves);
-        back.push_back(left.enters);
-      }
-      if (back.empty()) return;
-      for (const int n : back) take_back(n);
-    }
-  }
-
-  std::optional<QuadricClipped> assemble() {
+  std::optional<QuadricClipped> assembled() {
     Mesh cut;
     cut.vertices = mesh_.vertices;
     std::vector<std::array<int, 2>> rim;  // along the caps: the other way round than along the pieces
@@ -446,10 +386,59 @@ private:
       if (left.leaves != left.enters) rim.push_back({left.enters, left.leaves});
     }
     std::unordered_map<int, int> next;
-    if (!follow_rim(rim, next)) return std::nullopt;
+    crossings_ = 0;
+    if (!look_at_merged(cut) || !follow_rim(rim, next)) return std::nullopt;
     const std::size_t pieces = cut.triangles.size();
-    if (!append_caps(f_, loops_of(next), options_.error_mm, cut)) return std::nullopt;
+    std::vector<int> tangled;
+    const bool is_capped = append_caps(f_, loops_of(next), options_.error_mm, cut, tangled);
+    tangled_.insert(tangled.begin(), tangled.end());
+    if (!is_capped) return std::nullopt;
+    note_crossings(cut);
     return numbered(cut, pieces, next);
+  }
+
+  /// Whether every edge is still of two triangles where points were merged; notes where it is not.
+  bool look_at_merged(const Mesh& cut) {
+    spoilt_.clear();
+    if (groups_.empty()) return true;
+    std::set<std::array<int, 2>> sides;
+    std::set<std::array<int, 3>> triangles;
+    for (const Eigen::Vector3i& v : cut.triangles) {
+      std::array<int, 3> corners{v[0], v[1], v[2]};
+      if (std::none_of(corners.begin(), corners.end(), [this](int n) { return groups_.contains(n); })) continue;
+      bool is_new = sides.insert({v[0], v[1]}).second;
+      is_new = sides.insert({v[1], v[2]}).second && is_new;
+      is_new = sides.insert({v[2], v[0]}).second && is_new;
+      std::sort(corners.begin(), corners.end());
+      is_new = triangles.insert(corners).second && is_new;
+      if (!is_new) spoilt_.insert(v.begin(), v.end());
+    }
+    return spoilt_.empty();
+  }
+
+  /// Notes points that others were merged into where triangles cross, and how many pairs do.
+  void note_crossings(const Mesh& cut) {
+    if (groups_.empty()) return;
+    const auto is_near = [&cut](std::size_t t, const std::vector<char>& marked) {
+      const Eigen::Vector3i& v = cut.triangles[t];
+      return marked[v[0]] || marked[v[1]] || marked[v[2]];
+    };
+    std::vector<char> is_merged(cut.vertices.size(), 0);
+    for (const auto& [n, group] : groups_) is_merged[n] = 1;
+    std::vector<char> around = is_merged;
+    for (std::size_t t = 0; t < cut.triangles.size(); ++t)
+      if (is_near(t, is_merged))
+        for (const int n : cut.triangles[t]) around[n] = 1;
+    Mesh local;
+    local.vertices = cut.vertices;
+    for (std::size_t t = 0; t < cut.triangles.size(); ++t)
+      if (is_near(t, around)) local.triangles.push_back(cut.triangles[t]);
+    const TrianglePairs pairs = crossing_pairs(local, close_pairs(local));
+    crossings_ = pairs.size();
+    for (const auto& [s, t] : pairs)
+      for (const int triangle : {s, t})
+        for (const int n : local.triangles[triangle])
+          if (is_merged[n]) spoilt_.insert(n);
   }
 
   /// Where each point of the rim leads. Edges that it runs both ways, in which the surface only touches f = 0, are none of it.
@@ -515,8 +504,17 @@ private:
   std::vector<double> value_;
   const Quadric& f_;
   const QuadricClipOptions& options_;
-  Lander land_;
+  QuadricLanding land_;
   std::vector<char> snapped_;
+  std::set<int> tangled_;   ///< points at which curves cross
+  std::set<int> spoilt_;    ///< points at which edges are of more than two triangles because of what was merged
+  std::set<int> separate_;  ///< points that are not merged into others
+  std::size_t crossings_ = 0;
+  bool may_close_ = false;
+  std::vector<std::size_t> cut_;                      ///< triangles in which f changes its sign
+  std::map<int, std::vector<std::size_t>> at_;        ///< those at each point of the curve
+  std::unordered_map<int, int> merged_;               ///< points that are one with another one
+  std::unordered_map<int, std::vector<int>> groups_;  ///< the same from there
   std::unordered_map<std::uint64_t, int> crossing_;
   std::unordered_map<int, Vector3d> before_;  ///< where points of the cut were before they were moved onto the curve
 };
@@ -524,24 +522,6 @@ private:
 }  // namespace
 
 namespace {
-
-/// Points closer to a crease than the error become points of it, and then points of creases that are so close become one.
-void join_close_points(QuadricClipped& clipped, double error_mm) {
-  using On = QuadricClipped::On;
-  const auto is_crease = [&clipped](int n) { return clipped.on[n] == On::crease; };
-  for (const bool join_creases : {false, true}) {
-    const Mesh& mesh = clipped.mesh;
-    std::vector<char> fixed(clipped.on.size(), 1);
-    for (const Eigen::Vector3i& v : mesh.triangles)
-      for (int k = 0; k < 3; ++k)
-        for (const auto& [a, b] : {std::pair(v[k], v[(k + 1) % 3]), std::pair(v[(k + 1) % 3], v[k])})
-          if (is_crease(b) && is_crease(a) == join_creases && (mesh.vertices[a] - mesh.vertices[b]).norm() < error_mm) fixed[a] = 0;
-    const std::vector<int> old = collapse_short_edges(clipped.mesh, error_mm, fixed);
-    std::vector<On> on;
-    for (const int n : old) on.push_back(clipped.on[n]);
-    clipped.on = std::move(on);
-  }
-}
 
 /// By more than 60 degrees, where it is no needle thinner than the error.
 bool is_turned(const Mesh& before, const Mesh& after, std::size_t t, double error_mm) {
@@ -560,7 +540,7 @@ bool is_turned(const Mesh& before, const Mesh& after, std::size_t t, double erro
 
 bool follow(QuadricClipped& clipped, const Quadric& f, const QuadricClipOptions& options) {
   constexpr double kReach = 8;  // times the way to f = 0: the curve goes farther where the surfaces meet at a sharp angle
-  const Lander land(f, options);
+  const QuadricLanding land(f, options);
   const Mesh before = clipped.mesh;
   tbb::parallel_for(std::size_t{0}, before.vertices.size(), [&](std::size_t n) {
     if (clipped.on[n] == QuadricClipped::On::surface) return;
@@ -579,19 +559,71 @@ bool follow(QuadricClipped& clipped, const Quadric& f, const QuadricClipOptions&
   return true;
 }
 
+namespace {
+
+/// Splits triangles in which the curve does not find its place until it does, or that no longer helps.
+Cutter placed(Mesh& mesh, QuadricRefiner& refiner, const Quadric& f, const QuadricClipOptions& options) {
+  constexpr int kRounds = 12;
+  constexpr int kPatience = 2;  // rounds in which what has no place does not become that much less
+  constexpr double kLess = 0.9;
+  std::optional<Cutter> best;
+  double least_mm = HUGE_VAL;
+  int patience = kPatience;
+  for (int round = 0; round < kRounds && patience > 0; ++round) {
+    Cutter cutter(mesh, refiner.values(), f, options);
+    const std::vector<std::size_t> folds = cutter.place();
+    const double length_mm = cutter.length_in(folds);
+    --patience;
+    if (!best || length_mm < kLess * least_mm) {
+      best.emplace(std::move(cutter));
+      least_mm = length_mm;
+      patience = kPatience;
+    }
+    if (folds.empty() || !options.surface || !refiner.split(folds)) break;
+  }
+  return std::move(*best);
+}
+
+std::optional<QuadricClipped> cut_along(Mesh& mesh, QuadricRefiner& refiner, const Quadric& f, const QuadricClipOptions& options) {
+  constexpr int kRounds = 3;
+  for (int round = 0;; ++round) {
+    Cutter cutter = placed(mesh, refiner, f, options);
+    std::optional<QuadricClipped> result;
+    std::size_t fewest = 0;
+    std::vector<std::size_t> tangled;
+    for (const bool may_close : {false, true}) {
+      do {
+        cutter.settle(may_close);
+        if (auto cut = cutter.assemble(); cut && (!result || cutter.crossings() < fewest)) {
+          result = std::move(cut);
+          fewest = cutter.crossings();
+        }
+        if (result && fewest == 0) return result;
+        if (tangled.empty()) tangled = cutter.tangled();
+      } while (cutter.untangle());
+      if (result) return result;
+    }
+    // A triangle's number stays that of a part of it.
+    if (round < kRounds && options.surface && refiner.split(tangled)) continue;
+    // Nearer to each other than the surfaces are to their mesh: on the mesh itself curves do not cross.
+    cutter.take_back_all();
+    return cutter.assemble();
+  }
+}
+
+}  // namespace
+
 std::optional<QuadricClipped> clip_by_quadric(const Mesh& mesh, const Quadric& f, const QuadricClipOptions& options) {
   Mesh refined = mesh;
-  Refiner refiner(refined, f, options);
+  QuadricRefiner refiner(refined, f, options);
   refiner.run();
-  std::optional<QuadricClipped> result = Cutter(std::move(refined), refiner.values(), f, options).run();
+  std::optional<QuadricClipped> result = cut_along(refined, refiner, f, options);
   if (!result) return result;
   const auto is_whole = [](QuadricClipped::On on) { return on == QuadricClipped::On::surface; };
   if (std::all_of(result->on.begin(), result->on.end(), is_whole) && holds_ellipsoid(mesh, f)) {
     append_ellipsoid(f, options.error_mm, result->mesh);
     result->on.resize(result->mesh.vertices.size(), QuadricClipped::On::cap);
   }
-  if (!options.surface) return result;
-  join_close_points(*result, options.error_mm);
   return result;
 }
 

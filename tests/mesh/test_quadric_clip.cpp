@@ -9,8 +9,11 @@
 #include "mesh/mesh_edges.h"
 #include "mesh/planar_triangulation.h"
 #include "mesh/predicates.h"
+#include "mesh/quadric_cap.h"
 #include "mesh/quadric_chart.h"
 #include "mesh/quadric_clip.h"
+#include "mesh/quadric_landing.h"
+#include "mesh/quadric_refiner.h"
 #include "rayrep/base/error.h"
 #include "rayrep/make/cavity.h"
 #include "rayrep/mesh/clip.h"
@@ -327,6 +330,150 @@ TEST(QuadricClip, CreasesLieOnBothSurfaces) {
     creases += here;
   }
   EXPECT_GT(creases, 2000);
+}
+
+/// Points at which caps meet the rest, whether they have found their place or not.
+std::vector<Vector3d> rim_of(const QuadricClipped& cut) {
+  std::vector<char> at_surface(cut.on.size(), 0);
+  for (const Eigen::Vector3i& t : cut.mesh.triangles)
+    for (const int a : t)
+      for (const int b : t) at_surface[a] |= cut.on[b] == QuadricClipped::On::surface;
+  std::vector<Vector3d> rim;
+  for (std::size_t v = 0; v < cut.on.size(); ++v)
+    if (cut.on[v] == QuadricClipped::On::crease || (cut.on[v] == QuadricClipped::On::cap && at_surface[v]))
+      rim.push_back(cut.mesh.vertices[v]);
+  return rim;
+}
+
+/// What chords may be off, as for cavities.
+constexpr double kChord = 0.02;
+
+TEST(QuadricClip, CreasesAreOnTheCurveWhereTheMeshCutsOffRidges) {
+  Random random(13);
+  for (const Solid& solid : solids())
+    for (const double spacing : {0.8, 1.6}) {
+      // Contouring leaves chamfers along the box's edges, deeper than the error.
+      const Mesh mesh = mesh_of(solid, spacing);
+      QuadricClipOptions options;
+      options.error_mm = kChord;
+      options.surface = level_of(solid);
+      std::vector<double> off;
+      int refused = 0;
+      for (int n = 0; n < 6 * static_cast<int>(Kind::count); ++n) {
+        SCOPED_TRACE(solid.name + " " + std::to_string(n));
+        const Quadric f = quadric(static_cast<Kind>(n % static_cast<int>(Kind::count)), random);
+        const auto cut = clip_by_quadric(mesh, f, options);
+        refused += !cut;
+        if (!cut) continue;
+        EXPECT_EQ(edges_not_of_two(cut->mesh), 0);
+        for (const Vector3d& p : rim_of(*cut)) off.push_back(std::max(std::abs(solid.height(p)), std::abs(f.distance(p))));
+      }
+      std::sort(off.begin(), off.end());
+      ASSERT_GT(off.size(), 1000u);
+      EXPECT_LE(refused, 4);
+      EXPECT_LT(off[off.size() * 99 / 100], 1.5 * kChord) << solid.name << " " << spacing;
+      EXPECT_LT(off.back(), 4 * kChord) << solid.name << " " << spacing;
+    }
+}
+
+TEST(QuadricClip, IsSoundWhereSurfacesAllButTouch) {
+  // Planes about the top of a ball, a torus and a box, level and all but level.
+  for (const Solid& solid : solids()) {
+    const Mesh mesh = mesh_of(solid, 1.2);
+    QuadricClipOptions options;
+    options.error_mm = kChord;
+    options.surface = level_of(solid);
+    const double top = bounding_box(mesh).max().z();
+    for (double depth : {-1e-3, 1e-3, 0.01, 0.02, 0.05, 0.2, 1.0})
+      for (const double sign : {1., -1.})
+        for (const double slope : {0., 0.02}) {
+          SCOPED_TRACE(solid.name + " " + std::to_string(sign * depth) + " " + std::to_string(slope));
+          const Vector3d normal = sign * Vector3d(slope, 0.3 * slope, 1);
+          const auto cut = clip_by_quadric(mesh, Quadric::plane(normal, sign * (top - depth)), options);
+          ASSERT_TRUE(cut);
+          EXPECT_EQ(edges_not_of_two(cut->mesh), 0);
+          EXPECT_TRUE(crossing_triangles(cut->mesh).empty());
+        }
+  }
+}
+
+/// Triangles with an edge whose middle is inside of the solid by more than so much.
+std::vector<std::size_t> chamfers(const Mesh& mesh, const Solid& solid, double depth) {
+  std::vector<std::size_t> triangles;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k)
+      if (solid.height(0.5 * (mesh.corner(t, k) + mesh.corner(t, (k + 1) % 3))) < -depth) {
+        triangles.push_back(t);
+        break;
+      }
+  return triangles;
+}
+
+TEST(QuadricRefiner, GivesBackTheRidgesThatAMeshCutsOff) {
+  const Solid cuboid = solids().back();
+  Mesh mesh = mesh_of(cuboid, 1.6);
+  QuadricClipOptions options;
+  options.error_mm = kChord;
+  options.surface = level_of(cuboid);
+  const Quadric nowhere = Quadric::plane(Vector3d::UnitZ(), 100);
+  QuadricRefiner refiner(mesh, nowhere, options);
+  const double lost_at_first = 8 * 11 * 8 * 6 - mesh_moments(mesh)[M1];
+  for (int round = 0; round < 6; ++round)
+    if (!refiner.split(chamfers(mesh, cuboid, kChord))) break;
+  EXPECT_EQ(edges_not_of_two(mesh), 0);
+  EXPECT_TRUE(crossing_triangles(mesh).empty());
+  EXPECT_EQ(refiner.values().size(), mesh.vertices.size());
+  for (const Vector3d& v : mesh.vertices) EXPECT_NEAR(cuboid.height(v), 0, 1e-6);
+  EXPECT_LT(8 * 11 * 8 * 6 - mesh_moments(mesh)[M1], 0.1 * lost_at_first);
+}
+
+TEST(QuadricRefiner, DoesNotSplitWhatCannotBeBetter) {
+  const Solid ball = solids().front();
+  Mesh mesh = mesh_of(ball, 1.2);
+  QuadricClipOptions options;
+  options.error_mm = 1;  // four of them are longer than any edge
+  options.surface = level_of(ball);
+  const Quadric nowhere = Quadric::plane(Vector3d::UnitZ(), 100);
+  QuadricRefiner refiner(mesh, nowhere, options);
+  const std::size_t before = mesh.triangles.size();
+  EXPECT_FALSE(refiner.split({0, 1, 2}));
+  EXPECT_EQ(mesh.triangles.size(), before);
+}
+
+TEST(QuadricLanding, FindsTheRidgeThatAnEdgeCutsOff) {
+  const Solid cuboid = solids().back();
+  QuadricClipOptions options;
+  options.error_mm = kChord;
+  options.surface = level_of(cuboid);
+  const Quadric f = Quadric::plane(Vector3d::UnitZ(), 0);
+  const QuadricLanding land(f, options);
+  const auto ridge = land.on_ridge({11, 7.6, 1}, {10.7, 8, 1.4});
+  ASSERT_TRUE(ridge);
+  EXPECT_NEAR(ridge->x(), 11, 1e-6);
+  EXPECT_NEAR(ridge->y(), 8, 1e-6);
+  EXPECT_NEAR(ridge->z(), 1.2, 1e-6);
+  EXPECT_FALSE(land.on_ridge({11, 7, 1}, {11, 6, 2})) << "within a face there is none";
+  EXPECT_FALSE(land.on_ridge({11, 7.999, 1}, {10.999, 8, 1})) << "none worth it";
+  const Solid ball = solids().front();
+  options.surface = level_of(ball);
+  EXPECT_FALSE(land.on_ridge({12, 0, 0}, 12 * Vector3d(std::cos(0.4), std::sin(0.4), 0))) << "what bends is no ridge";
+}
+
+TEST(QuadricCap, TellsWhereLoopsCross) {
+  const Quadric f = Quadric::plane(Vector3d::UnitZ(), 0);
+  Mesh mesh;
+  for (const double x : {0., 4.})
+    for (const auto& [dx, dy] : {std::pair{0, 0}, {5, 0}, {5, 5}, {0, 5}}) mesh.vertices.emplace_back(x + dx, x / 2 + dy, 0);
+  // Seen from where f is negative, counter-clockwise: the two squares overlap in a corner.
+  const std::vector<std::vector<int>> loops{{0, 3, 2, 1}, {4, 7, 6, 5}};
+  std::vector<int> tangled;
+  EXPECT_FALSE(append_caps(f, loops, 0.02, mesh, tangled));
+  EXPECT_TRUE(mesh.triangles.empty());
+  std::sort(tangled.begin(), tangled.end());
+  tangled.erase(std::unique(tangled.begin(), tangled.end()), tangled.end());
+  EXPECT_EQ(tangled, (std::vector<int>{1, 2, 3, 4, 5, 7})) << "the ends of the four sides that cross";
+  EXPECT_TRUE(append_caps(f, {loops[0]}, 0.02, mesh, tangled));
+  EXPECT_TRUE(tangled.empty());
 }
 
 TEST(QuadricClip, OfABallByAPlaneIsItsCapToSecondOrder) {
