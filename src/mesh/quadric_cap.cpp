@@ -283,13 +283,19 @@ int turn_of(const QuadricChart& chart, const Quadric& f, const Mesh& mesh, const
   return turn;
 }
 
+/// What caps are to be made of.
+struct Rim {
+  const Quadric& f;
+  const Loops& loops;
+  double error_mm;
+};
+
 /// The sheets of a graph are told apart by the way it turns; other charts have one.
 /// @param[out] tangled  vertices at which loops cross
-bool make_caps(const Quadric& f, const QuadricChart& chart, const Loops& loops, double error_mm, Mesh& mesh,
-               std::vector<int>& tangled) {
+bool make_caps(const Rim& rim, const QuadricChart& chart, Mesh& mesh, std::vector<int>& tangled) {
   Loops sheets[2];
-  for (const auto& loop : loops) {
-    const int turn = turn_of(chart, f, mesh, loop);
+  for (const auto& loop : rim.loops) {
+    const int turn = turn_of(chart, rim.f, mesh, loop);
     if (turn == 0) return false;
     sheets[turn > 0].push_back(loop);
   }
@@ -299,7 +305,7 @@ bool make_caps(const Quadric& f, const QuadricChart& chart, const Loops& loops, 
   bool is_made = true;
   for (int side = 0; side < 2; ++side) {
     if (sheets[side].empty()) continue;
-    caps.emplace_back(f, chart, side == 0 ? -1 : 1, error_mm);
+    caps.emplace_back(rim.f, chart, side == 0 ? -1 : 1, rim.error_mm);
     is_made = caps.back().make(mesh, sheets[side]) && is_made;
     tangled.insert(tangled.end(), caps.back().tangled().begin(), caps.back().tangled().end());
   }
@@ -338,7 +344,7 @@ bool append_caps(const Quadric& f, const std::vector<std::vector<int>>& loops, d
   }
   for (const QuadricChart& chart : quadric_charts(f, curves, error_mm)) {
     std::vector<int> here;
-    if (make_caps(f, chart, loops, error_mm, mesh, here)) return true;
+    if (make_caps({f, loops, error_mm}, chart, mesh, here)) return true;
     if (!here.empty() && (tangled.empty() || here.size() < tangled.size())) tangled = std::move(here);
   }
   return false;

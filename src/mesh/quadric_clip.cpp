@@ -27,6 +27,12 @@ using Eigen::Vector3d;
 
 bool is_above(double value, const QuadricClipOptions& options) { return value > 0 || (value == 0 && options.zero_is_above); }
 
+/// Where steps from edges and vertices lead on the curve, or none: what is split leaves most of them as they are.
+struct Landed {
+  std::unordered_map<std::uint64_t, std::optional<Vector3d>> from_edge;
+  std::unordered_map<int, std::optional<Vector3d>> from_vertex;
+};
+
 /// Cuts a mesh along f = 0, where f changes its sign at most once along each edge.
 class Cutter {
 public:
@@ -42,9 +48,10 @@ public:
   }
 
   /// Puts points on the curve. @returns triangles of whose points some found no place there, or whose piece is folded by that
-  std::vector<std::size_t> place() {
-    snap();
-    find_crossings();
+  /// @param landed  of this mesh before some of it was split; what is new is added
+  std::vector<std::size_t> place(Landed& landed) {
+    snap(landed);
+    find_crossings(landed);
     return pieces_where([this](std::size_t t, const Piece& piece) {
       return is_folded(t) || is_unplaced(t) || lacks_wall(piece, 0.5 * options_.error_mm);
     });
@@ -139,7 +146,7 @@ private:
 
   /// Vertices on the mesh's own curve are points of it as they are. Those close to it are moved onto it: what the cut leaves of
   /// their triangles would be slivers. No two neighbours are, and none around which f changes its sign more than twice.
-  void snap() {
+  void snap(Landed& landed) {
     for (std::size_t n = 0; n < value_.size(); ++n)
       if (value_[n] == 0 && !options_.surface) {
         snapped_[n] = 1;
@@ -155,12 +162,12 @@ private:
         if (is_near[v[k]]) fans[v[k]].push_back({v[(k + 1) % 3], v[(k + 2) % 3]});
     for (const std::size_t t : cut_)
       for (const int n : mesh_.triangles[t])
-        if (std::exchange(is_near[n], 0)) snap(n, fans.at(n));
+        if (std::exchange(is_near[n], 0)) snap(n, fans.at(n), landed);
   }
 
   using Fan = std::array<int, 2>;  ///< a triangle's two other corners, seen from one
 
-  void snap(int n, const std::vector<Fan>& fans) {
+  void snap(int n, const std::vector<Fan>& fans, Landed& landed) {
     constexpr double kShare = 0.2;  // of the shortest edge
     double shortest = HUGE_VAL;
     int changes = 0;
@@ -176,14 +183,17 @@ private:
     normal.normalize();
     const Vector3d along = gradient - gradient.dot(normal) * normal;  // the mesh
     if (!(std::abs(value_[n]) < kShare * shortest * along.norm())) return;
-    const std::optional<Vector3d> p = land_.on_curve(mesh_.vertices[n], 2 * kShare * shortest);
-    if (!p) return;
+    const double reach = 2 * kShare * shortest;  // which splits make shorter
+    const auto [place, is_new] = landed.from_vertex.try_emplace(n);
+    if (is_new) place->second = land_.on_curve(mesh_.vertices[n], reach);
+    const std::optional<Vector3d>& p = place->second;
+    if (!p || (*p - mesh_.vertices[n]).norm() > reach) return;
     before_.emplace(n, mesh_.vertices[n] - value_[n] / along.squaredNorm() * along);
     mesh_.vertices[n] = *p;
     snapped_[n] = 1;
   }
 
-  void find_crossings() {
+  void find_crossings(Landed& landed) {
     std::vector<std::array<int, 2>> edges;
     for (const std::size_t t : cut_) {
       const Eigen::Vector3i& v = mesh_.triangles[t];
@@ -203,20 +213,22 @@ private:
     const std::size_t first = mesh_.vertices.size();
     mesh_.vertices.resize(first + edges.size());
     std::vector<Vector3d> chord(edges.size());
-    std::vector<char> settled(edges.size(), 1);
+    std::vector<std::optional<Vector3d>> place(edges.size());
     tbb::parallel_for(std::size_t{0}, edges.size(), [&](std::size_t n) {
       const auto [a, b] = edges[n];
       const Vector3d& pa = mesh_.vertices[a];
       const Vector3d& pb = mesh_.vertices[b];
       chord[n] = f_.nearest(pa + QuadricAlong(f_, pa, pb, value_[a], value_[b]).root() * (pb - pa));
-      mesh_.vertices[first + n] = chord[n];
-      if (!options_.surface) return;
-      const std::optional<Vector3d> p = land_.on_curve(chord[n], (pb - pa).norm());
-      settled[n] = p.has_value();
-      if (p) mesh_.vertices[first + n] = *p;
+      const auto before = landed.from_edge.find(edge_key(a, b));
+      place[n] = !options_.surface                  ? chord[n]
+                 : before != landed.from_edge.end() ? before->second
+                                                    : land_.on_curve(chord[n], (pb - pa).norm());
     });
-    for (std::size_t n = 0; n < edges.size(); ++n)
-      if (settled[n]) before_.emplace(static_cast<int>(first + n), chord[n]);
+    for (std::size_t n = 0; n < edges.size(); ++n) {
+      landed.from_edge.try_emplace(edge_key(edges[n][0], edges[n][1]), place[n]);
+      mesh_.vertices[first + n] = place[n].value_or(chord[n]);
+      if (place[n]) before_.emplace(static_cast<int>(first + n), chord[n]);
+    }
   }
 
   int crossing(int a, int b) const { return snapped_[a] ? a : snapped_[b] ? b : crossing_.at(edge_key(a, b)); }
@@ -562,16 +574,17 @@ bool follow(QuadricClipped& clipped, const Quadric& f, const QuadricClipOptions&
 namespace {
 
 /// Splits triangles in which the curve does not find its place until it does, or that no longer helps.
-Cutter placed(Mesh& mesh, QuadricRefiner& refiner, const Quadric& f, const QuadricClipOptions& options) {
+Cutter placed(const Mesh& mesh, QuadricRefiner& refiner, const Quadric& f, const QuadricClipOptions& options) {
   constexpr int kRounds = 12;
   constexpr int kPatience = 2;  // rounds in which what has no place does not become that much less
   constexpr double kLess = 0.9;
   std::optional<Cutter> best;
+  Landed landed;
   double least_mm = HUGE_VAL;
   int patience = kPatience;
   for (int round = 0; round < kRounds && patience > 0; ++round) {
     Cutter cutter(mesh, refiner.values(), f, options);
-    const std::vector<std::size_t> folds = cutter.place();
+    const std::vector<std::size_t> folds = cutter.place(landed);
     const double length_mm = cutter.length_in(folds);
     --patience;
     if (!best || length_mm < kLess * least_mm) {
@@ -584,7 +597,8 @@ Cutter placed(Mesh& mesh, QuadricRefiner& refiner, const Quadric& f, const Quadr
   return std::move(*best);
 }
 
-std::optional<QuadricClipped> cut_along(Mesh& mesh, QuadricRefiner& refiner, const Quadric& f, const QuadricClipOptions& options) {
+std::optional<QuadricClipped> cut_along(const Mesh& mesh, QuadricRefiner& refiner, const Quadric& f,
+                                        const QuadricClipOptions& options) {
   constexpr int kRounds = 3;
   for (int round = 0;; ++round) {
     Cutter cutter = placed(mesh, refiner, f, options);

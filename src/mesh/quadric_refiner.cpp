@@ -207,8 +207,11 @@ void QuadricRefiner::split_inner() {
 std::vector<std::size_t> QuadricRefiner::touched() const {
   std::vector<std::size_t> triangles;
   if (middle_.empty()) return triangles;
+  std::vector<char> is_end(mesh_.vertices.size(), 0);
+  for (const auto& [key, middle] : middle_) is_end[key >> 32] = is_end[key & 0xffffffff] = 1;
   for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
     const Vector3i& v = mesh_.triangles[t];
+    if (is_end[v[0]] + is_end[v[1]] + is_end[v[2]] < 2) continue;
     if (middle_.contains(edge_key(v[0], v[1])) || middle_.contains(edge_key(v[1], v[2])) || middle_.contains(edge_key(v[2], v[0])))
       triangles.push_back(t);
   }
