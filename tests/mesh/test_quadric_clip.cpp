@@ -376,6 +376,31 @@ TEST(QuadricClip, CreasesAreOnTheCurveWhereTheMeshCutsOffRidges) {
     }
 }
 
+TEST(QuadricClip, ChordsOfCreasesDoNotLeaveTheSurface) {
+  // A wall is outside: where a torus bends inward chords of the mesh take 0.06 mm of it.
+  const Solid ring = solids()[1];
+  const Mesh mesh = mesh_of(ring, 1.6);
+  QuadricClipOptions options;
+  options.error_mm = kChord;
+  options.surface = level_of(ring);
+  Random random(15);
+  int creases = 0;
+  for (int n = 0; n < 12; ++n) {
+    const auto cut = clip_by_quadric(mesh, Quadric::plane(random.in_box(1).normalized(), random.uniform(-5, 5)), options);
+    if (!cut) continue;
+    const auto is_crease = [&cut](int v) { return cut->on[v] == QuadricClipped::On::crease; };
+    for (const Eigen::Vector3i& t : cut->mesh.triangles)
+      for (int k = 0; k < 3; ++k) {
+        const int a = t[k];
+        const int b = t[(k + 1) % 3];
+        if (!is_crease(a) || !is_crease(b) || cut->on[t[(k + 2) % 3]] != QuadricClipped::On::surface) continue;
+        ++creases;
+        EXPECT_LT(ring.height(0.5 * (cut->mesh.vertices[a] + cut->mesh.vertices[b])), 0.6 * kChord) << n;
+      }
+  }
+  EXPECT_GT(creases, 500);
+}
+
 TEST(QuadricClip, IsSoundWhereSurfacesAllButTouch) {
   // Planes about the top of a ball, a torus and a box, level and all but level.
   for (const Solid& solid : solids()) {
