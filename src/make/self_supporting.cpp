@@ -257,7 +257,7 @@ std::string other_direction(Wanted wanted, const Planned& all, const HollowOptio
 
 /// What is told when nothing comes of it: whatever is proven is so with these cones only.
 Error refused(const Wanted& wanted, const Planned& all, const HollowOptions& options, const Progress& progress, const Error& why) {
-  const std::string other = other_direction(wanted, all, options, progress);
+  const std::string other = options.look_only ? std::string() : other_direction(wanted, all, options, progress);
   return Error(ErrorCode::goal, concat("The cones on pillars that carry its roofs along ", shown(wanted.direction),
                                        " (--self-supporting) leave too little room. With them: ", why.what(),
                                        " Without them it can be done: leave --self-supporting out or give it a smaller angle",
