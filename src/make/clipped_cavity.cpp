@@ -64,7 +64,9 @@ std::optional<CavityMesh> ClippedCavity::cut(const Moments& q) {
 }
 
 std::optional<CavityMesh> ClippedCavity::follow(const Moments& q) {
-  if (!last_) return std::nullopt;
+  // A crease that was mended far is better cut anew: mostly no triangles cross there then.
+  constexpr double kFar = 0.2;  // of the wall
+  if (!last_ || farthest_mended_mm_ > kFar * options_.least_distance_mm()) return std::nullopt;
   QuadricClipped moved = *last_;
   if (!rayrep::follow(moved, quadric_of(q), clip_options())) return std::nullopt;
   double farthest = 0;
@@ -84,7 +86,11 @@ std::optional<CavityMesh> ClippedCavity::follow(const Moments& q) {
 std::optional<CavityMesh> ClippedCavity::mended(QuadricClipped cut, Mesh mesh) {
   if (!CavityMender(surface_, options_).mend(mesh, moved_of(cut)).empty()) return std::nullopt;
   mending_.resize(mesh.vertices.size());
-  for (std::size_t n = 0; n < mending_.size(); ++n) mending_[n] = mesh.vertices[n] - cut.mesh.vertices[n];
+  farthest_mended_mm_ = 0;
+  for (std::size_t n = 0; n < mending_.size(); ++n) {
+    mending_[n] = mesh.vertices[n] - cut.mesh.vertices[n];
+    if (cut.on[n] == QuadricClipped::On::crease) farthest_mended_mm_ = std::max(farthest_mended_mm_, mending_[n].norm());
+  }
   last_ = std::move(cut);
   return taken(mesh);
 }

@@ -52,6 +52,7 @@ private:
   std::vector<char> mended_;              ///< of its vertices: all triangles at them are
   std::optional<QuadricClipped> last_;    ///< before it was mended
   std::vector<Eigen::Vector3d> mending_;  ///< by how much each of its vertices was moved then
+  double farthest_mended_mm_ = 0;         ///< of creases
 };
 
 }  // namespace rayrep::detail
