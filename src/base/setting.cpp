@@ -188,8 +188,14 @@ TextPlace point_place(const char* name, std::optional<Eigen::Vector3d>& point, c
           [&point, unset] { return point ? shown_point(*point) : std::string(unset); }};
 }
 
-TextPlace direction_place(const char*, Eigen::Vector3d& direction) {
-  return {[&direction](const std::string& text) { direction = parse_direction(text); },
+TextPlace direction_place(const char* name, Eigen::Vector3d& direction) {
+  return {[&direction, name](const std::string& text) {
+            try {
+              direction = parse_direction(text);
+            } catch (const Error& error) {
+              usage_error(std::string("--") + name + ": " + error.what());
+            }
+          },
           [&direction] {
             for (int k = 0; k < 3; ++k)
               for (const double sign : {1.0, -1.0})

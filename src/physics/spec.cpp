@@ -42,8 +42,12 @@ std::string core_material_names() { return names_of(words_for(core_materials()))
 
 std::string shown_point(const Eigen::Vector3d& p) { return shown(p.x(), 9) + "," + shown(p.y(), 9) + "," + shown(p.z(), 9); }
 
-TextPlace optional_direction_place(std::optional<Eigen::Vector3d>& direction, const char* unset) {
-  return {[&direction](const std::string& text) { direction = parse_direction(text); },
+TextPlace optional_direction_place(const char* name, std::optional<Eigen::Vector3d>& direction, const char* unset) {
+  return {[&direction, name](const std::string& text) {
+            Eigen::Vector3d parsed;
+            direction_place(name, parsed).parse(text);
+            direction = parsed;
+          },
           [&direction, unset]() -> std::string {
             if (!direction) return unset;
             Eigen::Vector3d shown = *direction;
@@ -635,7 +639,7 @@ Settings roof_rows(Print& print) {
        .details =
            "x, y, z, -x, -y, -z or X,Y,Z: how the mesh is laid on the bed in the slicer. Without it as it is to stand, float "
            "or spin (--up), and in a file for a printer z. Roofs of cavities are those seen along it.",
-       .place = optional_direction_place(print.direction, "up"),
+       .place = optional_direction_place("print-direction", print.direction, "up"),
        .rare = true},
       {.name = "self-supporting",
        .value = "DEG",

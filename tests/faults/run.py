@@ -380,7 +380,7 @@ class Runs:
                     output.unlink(missing_ok=True)
                     more = [] if ending == "none" else ["-o", output.name, "--resolution", "50", "-q"]
                     ended = self.run(command + ["--threads", threads] + more, folder, env={**os.environ, "LC_ALL": locale})
-                    problems += lawful(ended, {0, 4})
+                    problems += lawful(ended, {0, 3, 4})
                     text = ended.out + (output.read_bytes() if output.exists() else b"") + ended.err
                     if ending == "3mf" and output.exists():
                         text = meshes.zipfile.ZipFile(output).read("3D/3dmodel.model")
