@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 #include "make/cavity_mender.h"
 #include "mesh/quadric_clip.h"
@@ -64,9 +65,7 @@ std::optional<CavityMesh> ClippedCavity::cut(const Moments& q) {
 }
 
 std::optional<CavityMesh> ClippedCavity::follow(const Moments& q) {
-  // A crease that was mended far is better cut anew: mostly no triangles cross there then.
-  constexpr double kFar = 0.2;  // of the wall
-  if (!last_ || farthest_mended_mm_ > kFar * options_.least_distance_mm()) return std::nullopt;
+  if (!last_) return std::nullopt;
   QuadricClipped moved = *last_;
   if (!rayrep::follow(moved, quadric_of(q), clip_options())) return std::nullopt;
   double farthest = 0;
@@ -77,7 +76,13 @@ std::optional<CavityMesh> ClippedCavity::follow(const Moments& q) {
   }
   // The last steps, which are short, are smooth in q.
   constexpr double kShort = 0.005;  // of the wall: a quarter of what it may lack
-  if (farthest > kShort * options_.least_distance_mm()) return mended(std::move(moved), std::move(mesh));
+  if (farthest > kShort * options_.least_distance_mm()) {
+    std::optional<CavityMesh> result = mended(std::move(moved), std::move(mesh));
+    // A crease that was mended far is better cut anew: mostly no triangles cross there then. Once, as cuts are not smooth in q.
+    constexpr double kFar = 0.2;  // of the wall
+    const bool is_far = farthest_mended_mm_ > kFar * options_.least_distance_mm();
+    return is_far && !std::exchange(was_cut_anew_, true) ? std::nullopt : std::move(result);
+  }
   if (!CavityMender(surface_, options_).crossing(mesh, moved_of(moved)).empty()) return std::nullopt;
   return taken(mesh);
 }

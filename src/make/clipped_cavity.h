@@ -53,6 +53,7 @@ private:
   std::optional<QuadricClipped> last_;    ///< before it was mended
   std::vector<Eigen::Vector3d> mending_;  ///< by how much each of its vertices was moved then
   double farthest_mended_mm_ = 0;         ///< of creases
+  bool was_cut_anew_ = false;             ///< for that
 };
 
 }  // namespace rayrep::detail
