@@ -70,7 +70,7 @@ struct CheckedMesh {
 /// Merges vertices exactly, drops degenerate triangles, turns what is unambiguously inside out, and counts and locates every
 /// defect. Never throws for a bad mesh: `report.usable` and `report.refusal` say what is wrong.
 ///
-/// Of duplicate triangles, copies that unbalance edges are dropped, pairs facing opposite ways (walls without thickness), and copies
+/// Of duplicate triangles, copies that unbalance edges are dropped, pairs facing opposite ways (without thickness), and copies
 /// of the whole mesh; others stay: coincident bodies are a union. Defects but `unbalanced_edges` are counted before any of this.
 ///
 /// A mesh is usable when every edge is run equally often both ways (then every point has a winding number, also where
