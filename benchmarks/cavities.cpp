@@ -142,9 +142,7 @@ std::vector<Record> measure_cavities(const TableOptions& options) {
       try {
         measure(*solid, spec_of(task.goal), r);
       } catch (const Error& error) {
-        r.status = "refused";
-        r.note = error.what();
-        r.note.erase(std::min(r.note.find(". "), r.note.size()));
+        refused(error, r);
       }
       if (options.each) options.each(r);
       records.push_back(std::move(r));

@@ -178,9 +178,7 @@ std::vector<Record> measure_roofs(const TableOptions& options) {
     try {
       measure_pair(*solid, spec_of(body.goal), r);
     } catch (const Error& error) {
-      r.status = "refused";
-      r.note = error.what();
-      r.note.erase(std::min(r.note.find(". "), r.note.size()));
+      refused(error, r);
     }
     if (options.each) options.each(r);
     records.push_back(std::move(r));

@@ -1,5 +1,6 @@
 #include "record.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -81,6 +82,12 @@ std::string key(const Record& r) {
 double Record::extra(const std::string& name) const {
   const auto found = more.find(name);
   return found == more.end() ? kUnknown : found->second;
+}
+
+void refused(const Error& error, Record& record) {
+  record.status = "refused";
+  record.note = error.what();
+  record.note.erase(std::min(record.note.find(". "), record.note.size()));
 }
 
 Measurements describe_machine(const std::string& commit) {

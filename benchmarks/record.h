@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "rayrep/base/error.h"
 #include "statistics.h"
 
 namespace rayrep::bench {
@@ -35,6 +36,9 @@ struct Record {
   bool converged() const { return status == "converged"; }
   double extra(const std::string& name) const;  ///< from `more`; kUnknown without it
 };
+
+/// That it was refused, and why in one sentence.
+void refused(const Error& error, Record& record);
 
 /// Records and the machine they come from.
 struct Measurements {

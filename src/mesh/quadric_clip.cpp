@@ -25,8 +25,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-bool is_above(double value, const QuadricClipOptions& options) { return value > 0 || (value == 0 && options.zero_is_above); }
-
 /// Where steps from edges and vertices lead on the curve, or none: what is split leaves most of them as they are.
 struct Landed {
   std::unordered_map<std::uint64_t, std::optional<Vector3d>> from_edge;
@@ -103,8 +101,29 @@ public:
 
   /// @returns none where the curves cannot be capped: some are tangled, then
   std::optional<QuadricClipped> assemble() {
+    Mesh cut;
+    cut.vertices = mesh_.vertices;
+    std::vector<std::array<int, 2>> rim;  // along the caps: the other way round than along the pieces
+    for (const Eigen::Vector3i& v : mesh_.triangles) {
+      if (!is_cut(v)) {
+        if (above(v[0])) cut.triangles.push_back(v);
+        continue;
+      }
+      const Piece left = piece(v);
+      add(left, cut);
+      if (left.leaves != left.enters) rim.push_back({left.enters, left.leaves});
+    }
+    std::unordered_map<int, int> next;
     tangled_.clear();
-    return assembled();
+    crossings_ = 0;
+    if (!look_at_merged(cut) || !follow_rim(rim, next)) return std::nullopt;
+    const std::size_t pieces = cut.triangles.size();
+    std::vector<int> tangled;
+    const bool is_capped = append_caps(f_, loops_of(next), options_.error_mm, cut, tangled);
+    tangled_.insert(tangled.begin(), tangled.end());
+    if (!is_capped) return std::nullopt;
+    note_crossings(cut);
+    return numbered(cut, pieces, next);
   }
   /// Pairs of triangles that cross where points were merged.
   std::size_t crossings() const { return crossings_; }
@@ -133,7 +152,7 @@ public:
   }
 
 private:
-  bool above(int v) const { return is_above(value_[v], options_); }
+  bool above(int v) const { return options_.is_above(value_[v]); }
   bool is_cut(const Eigen::Vector3i& v) const { return above(v[0]) != above(v[1]) || above(v[1]) != above(v[2]); }
 
   template <typename Condition>
@@ -382,31 +401,6 @@ private:
     mesh_.vertices[n] = f_.nearest(place->second);
     before_.erase(place);
     return true;
-  }
-
-  std::optional<QuadricClipped> assembled() {
-    Mesh cut;
-    cut.vertices = mesh_.vertices;
-    std::vector<std::array<int, 2>> rim;  // along the caps: the other way round than along the pieces
-    for (const Eigen::Vector3i& v : mesh_.triangles) {
-      if (!is_cut(v)) {
-        if (above(v[0])) cut.triangles.push_back(v);
-        continue;
-      }
-      const Piece left = piece(v);
-      add(left, cut);
-      if (left.leaves != left.enters) rim.push_back({left.enters, left.leaves});
-    }
-    std::unordered_map<int, int> next;
-    crossings_ = 0;
-    if (!look_at_merged(cut) || !follow_rim(rim, next)) return std::nullopt;
-    const std::size_t pieces = cut.triangles.size();
-    std::vector<int> tangled;
-    const bool is_capped = append_caps(f_, loops_of(next), options_.error_mm, cut, tangled);
-    tangled_.insert(tangled.begin(), tangled.end());
-    if (!is_capped) return std::nullopt;
-    note_crossings(cut);
-    return numbered(cut, pieces, next);
   }
 
   /// Whether every edge is still of two triangles where points were merged; notes where it is not.

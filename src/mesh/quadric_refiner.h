@@ -35,8 +35,6 @@ public:
 
   /// f at the vertices.
   const std::vector<double>& values() const { return value_; }
-  /// Whether a vertex, or any of this value, counts as above f = 0.
-  bool above(int vertex) const { return value_[vertex] > 0 || (value_[vertex] == 0 && options_.zero_is_above); }
 
 private:
   /// Where an edge is split.
@@ -51,6 +49,7 @@ private:
     std::array<int, 3> middle;
   };
 
+  bool above(int vertex) const { return options_.is_above(value_[vertex]); }
   double length(int a, int b) const { return (mesh_.vertices[a] - mesh_.vertices[b]).norm(); }
   Eigen::Vector3d middle(int a, int b) const { return 0.5 * (mesh_.vertices[a] + mesh_.vertices[b]); }
   Eigen::Vector3d area(const Eigen::Vector3i& v) const;

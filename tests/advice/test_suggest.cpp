@@ -60,12 +60,17 @@ void take(const Suggestion& suggestion, Spec& spec, Mesh& mesh) {
   }
 }
 
-TEST(Suggest, PlugsWhereHolesCannotBe) {
-  // Whatever drains it as it is printed lies below the water.
+/// Whatever drains it as it is printed lies below the water.
+FloatSpec drained_below_the_water() {
   FloatSpec asked;
   asked.print.drains.where = Drains::Where::found;
   asked.print.wall_mm = 2;
   asked.submerged_fraction = 0.6;
+  return asked;
+}
+
+TEST(Suggest, PlugsWhereHolesCannotBe) {
+  const FloatSpec asked = drained_below_the_water();
   const Mesh mesh = test::uv_ellipsoid(30, 24, 20, 32);
   EXPECT_TRUE(refused(mesh, asked));
   const Advice advice = suggest(mesh, asked, coarse(), {.first_only = true});
@@ -80,10 +85,7 @@ TEST(Suggest, PlugsWhereHolesCannotBe) {
 }
 
 TEST(Suggest, HoldsItOtherwiseWhereHolesCannotBe) {
-  FloatSpec asked;
-  asked.print.drains.where = Drains::Where::found;
-  asked.print.wall_mm = 2;
-  asked.submerged_fraction = 0.6;
+  const FloatSpec asked = drained_below_the_water();
   const Mesh mesh = test::uv_ellipsoid(30, 24, 20, 32);
   const Advice advice = suggest(mesh, asked, coarse(), {.kinds = {ChangeKind::direction}});
   ASSERT_EQ(advice.suggestions.size(), 1u) << advice.tried;
