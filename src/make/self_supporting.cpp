@@ -18,6 +18,9 @@ namespace {
 constexpr int kMostRounds = 8;
 /// So many of them begin anew on all of the inner domain: what was carried for earlier cuts only takes room.
 constexpr int kAnew = 3;
+/// By how much more the cut is let rise each round from then on, and at most, over what it was first.
+constexpr double kMoreRoom = 4;
+constexpr double kMostRoom = 8;
 /// Of the cavity's surface: roofs that are flatter and may be left, as rays see them.
 constexpr double kLeft = 0.001;
 
@@ -94,7 +97,7 @@ struct Slimmed {
   Planned planned;
   HollowOptions options;  ///< with what is kept solid for it
   std::size_t carriers = 0;
-  bool carried = false;  ///< every roof is; else the last cut has some that nobody looked at
+  bool carried = false;  ///< every roof is that can be; else the last cut has some that nobody looked at
 };
 
 bool carries_itself(const Planned& planned, const Wanted& wanted) {
@@ -130,11 +133,13 @@ Slimmed slimmed(const Wanted& wanted, const Planned& all, const HollowOptions& o
   for (int round = 0; round < kMostRounds && !result.carried; ++round) {
     const bool anew = round < kAnew;
     const Planned& before = anew ? all : result.planned;
+    if (round > kAnew) how.room_mm = std::min(kMoreRoom * how.room_mm, kMostRoom * room_mm);
     const bool cut_is_no_roof = carries_itself(result.planned, wanted);
     how.within.reset();
     if (!cut_is_no_roof) how.within = PrintFrame(*before.plan.body, wanted.direction).quadric(result.planned.solved.q);
     const Carriers found = carriers_of(before, wanted, how, progress);
     if (!anew || round == 0) result.carried = found.roof_mm2 <= kLeft * found.surface_mm2;
+    result.carried |= found.bones.empty();  // what no cone can carry
     if (result.carried) break;
     if (anew) result.options.pillars = options.pillars;
     result.options.pillars.insert(result.options.pillars.end(), found.bones.begin(), found.bones.end());
@@ -147,7 +152,6 @@ Slimmed slimmed(const Wanted& wanted, const Planned& all, const HollowOptions& o
 
 /// Where the cut is a roof, with little room for it to rise; with more, where that comes to no end or leaves too little.
 Slimmed slimmed(const Wanted& wanted, const Planned& all, const HollowOptions& options, const Progress& progress) {
-  constexpr double kMoreRoom = 4;
   const double wall_mm = print_of(wanted.spec).wall_mm;
   if (carries_itself(all, wanted)) return slimmed(wanted, all, options, wall_mm, progress);
   std::optional<Slimmed> first;
