@@ -207,10 +207,23 @@ private:
     if (is_new) place->second = land_.on_curve(mesh_.vertices[n], reach);
     const std::optional<Vector3d>& p = place->second;
     if (!p || (*p - mesh_.vertices[n]).norm() > reach) return;
+    // It makes chords longer.
+    if (std::any_of(fans.begin(), fans.end(),
+                    [&](const Fan& fan) { return above(fan[0]) != above(fan[1]) && is_far(*p, on_edge(fan[0], fan[1])); }))
+      return;
     before_.emplace(n, mesh_.vertices[n] - value_[n] / along.squaredNorm() * along);
     mesh_.vertices[n] = *p;
     snapped_[n] = 1;
   }
+
+  /// Where f changes its sign between two vertices.
+  Vector3d on_edge(int a, int b) const {
+    const Vector3d way = mesh_.vertices[b] - mesh_.vertices[a];
+    return mesh_.vertices[a] + QuadricAlong(f_, mesh_.vertices[a], mesh_.vertices[b], value_[a], value_[b]).root() * way;
+  }
+
+  /// Whether the chord between two points of f = 0 leaves it by more than the error.
+  bool is_far(const Vector3d& a, const Vector3d& b) const { return std::abs(f_.distance(0.5 * (a + b))) > options_.error_mm; }
 
   void find_crossings(Landed& landed) {
     std::vector<std::array<int, 2>> edges;
@@ -235,13 +248,11 @@ private:
     std::vector<std::optional<Vector3d>> place(edges.size());
     tbb::parallel_for(std::size_t{0}, edges.size(), [&](std::size_t n) {
       const auto [a, b] = edges[n];
-      const Vector3d& pa = mesh_.vertices[a];
-      const Vector3d& pb = mesh_.vertices[b];
-      chord[n] = f_.nearest(pa + QuadricAlong(f_, pa, pb, value_[a], value_[b]).root() * (pb - pa));
+      chord[n] = f_.nearest(on_edge(a, b));
       const auto before = landed.from_edge.find(edge_key(a, b));
       place[n] = !options_.surface                  ? chord[n]
                  : before != landed.from_edge.end() ? before->second
-                                                    : land_.on_curve(chord[n], (pb - pa).norm());
+                                                    : land_.on_curve(chord[n], (mesh_.vertices[b] - mesh_.vertices[a]).norm());
     });
     for (std::size_t n = 0; n < edges.size(); ++n) {
       landed.from_edge.try_emplace(edge_key(edges[n][0], edges[n][1]), place[n]);
@@ -289,6 +300,11 @@ private:
   bool lacks_wall(const Piece& piece, double most_mm) const {
     if (!options_.surface || piece.leaves == piece.enters) return false;
     return land_.height(0.5 * (mesh_.vertices[piece.leaves] + mesh_.vertices[piece.enters])) > most_mm;
+  }
+
+  /// Whether it leaves f = 0 by more than the error.
+  bool lacks_cap(const Piece& piece) const {
+    return piece.leaves != piece.enters && is_far(mesh_.vertices[piece.leaves], mesh_.vertices[piece.enters]);
   }
 
   /// Where a vertex was before it was moved onto the curve.
@@ -381,7 +397,8 @@ private:
       std::vector<std::size_t> around = triangles_at(other);
       around.insert(around.end(), triangles.begin(), triangles.end());
       const auto is_worse = [this](std::size_t t) {
-        return is_folded(t) || lacks_wall(piece(mesh_.triangles[t]), options_.error_mm);
+        const Piece left = piece(mesh_.triangles[t]);
+        return is_folded(t) || lacks_wall(left, options_.error_mm) || lacks_cap(left);
       };
       if ((may_close_ || neighbours(other, around).size() >= 2) && std::none_of(triangles.begin(), triangles.end(), is_worse)) {
         std::vector<int>& joined = groups_[other];

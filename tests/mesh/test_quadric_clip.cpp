@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "mesh/decimate.h"
 #include "mesh/mesh_edges.h"
 #include "mesh/planar_triangulation.h"
 #include "mesh/predicates.h"
@@ -399,6 +400,37 @@ TEST(QuadricClip, ChordsOfCreasesDoNotLeaveTheSurface) {
       }
   }
   EXPECT_GT(creases, 500);
+}
+
+TEST(QuadricClip, ChordsOfCreasesDoNotLeaveTheQuadric) {
+  // On the walls of a box that few triangles are left of nothing else makes curves have points enough.
+  const Solid cuboid = solids()[2];
+  const Mesh mesh = decimated(mesh_of(cuboid, 0.4), {kChord}).mesh;
+  ASSERT_LT(mesh.triangles.size(), 3000u);
+  QuadricClipOptions options;
+  options.error_mm = kChord;
+  options.surface = level_of(cuboid);
+  Random random(16);
+  int creases = 0;
+  for (int n = 0; n < 40; ++n) {
+    const double sign = random.uniform() < 0.5 ? 1 : -1;
+    const double radius = random.uniform(7, 14);
+    const Vector3d centre = random.in_box(5);
+    const Quadric ball{sign * Eigen::Matrix3d::Identity() / radius, -sign * centre / radius,
+                       0.5 * sign * (centre.squaredNorm() / radius - radius)};
+    const auto cut = clip_by_quadric(mesh, ball, options);
+    ASSERT_TRUE(cut) << n;
+    const auto is_crease = [&cut](int v) { return cut->on[v] == QuadricClipped::On::crease; };
+    for (const Eigen::Vector3i& t : cut->mesh.triangles)
+      for (int k = 0; k < 3; ++k) {
+        const int a = t[k];
+        const int b = t[(k + 1) % 3];
+        if (!is_crease(a) || !is_crease(b) || cut->on[t[(k + 2) % 3]] != QuadricClipped::On::surface) continue;
+        ++creases;
+        EXPECT_LT(std::abs(ball.distance(0.5 * (cut->mesh.vertices[a] + cut->mesh.vertices[b]))), 1.2 * kChord) << n;
+      }
+  }
+  EXPECT_GT(creases, 2000);
 }
 
 TEST(QuadricClip, IsSoundWhereSurfacesAllButTouch) {
