@@ -262,16 +262,7 @@ double signed_volume(const Mesh& shell) { return mesh_moments(shell)[M1]; }
 
 }  // namespace
 
-std::vector<std::size_t> crossing_triangles(const Mesh& mesh) {
-  std::vector<std::size_t> triangles;
-  for (const auto& [s, t] : crossing_pairs(mesh, close_pairs(mesh))) {
-    triangles.push_back(static_cast<std::size_t>(s));
-    triangles.push_back(static_cast<std::size_t>(t));
-  }
-  std::sort(triangles.begin(), triangles.end());
-  triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
-  return triangles;
-}
+std::vector<std::size_t> crossing_triangles(const Mesh& mesh) { return triangles_of(crossing_pairs(mesh, close_pairs(mesh))); }
 
 Mesh detail::offset_surface(BlockField& field, const SurfaceQuery& surface, const CavityOptions& options, const Lighter& lighter,
                             CavityMesh& result) {

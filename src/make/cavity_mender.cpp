@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "mesh/crossing.h"
 #include "mesh/surface_gap.h"
 
 namespace rayrep::detail {
@@ -141,22 +142,7 @@ void CavityMender::take_back(Mesh& mesh, const std::vector<char>& moved, const s
 }
 
 std::vector<std::size_t> CavityMender::crossing(const Mesh& mesh, const std::vector<char>& moved) const {
-  Mesh delivered = options_.as_delivered ? options_.as_delivered(mesh) : mesh;
-  Eigen::AlignedBox3d box;
-  for (const int t : triangles_at(mesh, moved))
-    for (int k = 0; k < 3; ++k) box.extend(delivered.corner(static_cast<std::size_t>(t), k));
-  std::vector<std::size_t> number;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    Eigen::AlignedBox3d own;
-    for (int k = 0; k < 3; ++k) own.extend(delivered.corner(t, k));
-    if (!box.intersects(own)) continue;
-    delivered.triangles[number.size()] = mesh.triangles[t];
-    number.push_back(t);
-  }
-  delivered.triangles.resize(number.size());
-  std::vector<std::size_t> crosses = crossing_triangles(delivered);
-  for (std::size_t& t : crosses) t = number[t];
-  return crosses;
+  return crossing_near(options_.as_delivered ? options_.as_delivered(mesh) : mesh, moved);
 }
 
 }  // namespace rayrep::detail

@@ -13,12 +13,6 @@ namespace {
 /// Of chords: 0.02 mm of a wall of 1.2 mm, which leaves 0.98 of it.
 constexpr double kError = 1.0 / 60;
 
-std::vector<char> moved_of(const QuadricClipped& cut) {
-  std::vector<char> moved(cut.on.size());
-  std::transform(cut.on.begin(), cut.on.end(), moved.begin(), [](auto on) { return on != QuadricClipped::On::surface; });
-  return moved;
-}
-
 Quadric quadric_of(const Moments& q) { return {quadric_hessian(q), q.segment<3>(MX), q[M1]}; }
 
 }  // namespace
@@ -56,6 +50,15 @@ QuadricClipOptions ClippedCavity::clip_options() const {
 }
 
 std::optional<CavityMesh> ClippedCavity::cut(const Moments& q) {
+  const std::optional<Followed> far = std::exchange(far_, std::nullopt);
+  std::optional<CavityMesh> cavity = cut_anew(q);
+  if (cavity || !far || far->q != q) return cavity;
+  last_ = far->cut;
+  mending_ = far->mending;
+  return far->cavity;
+}
+
+std::optional<CavityMesh> ClippedCavity::cut_anew(const Moments& q) {
   last_.reset();
   if (made_.crossing > 0 || !mend_what_is_left(quadric_of(q))) return std::nullopt;
   std::optional<QuadricClipped> cut = clip_by_quadric(offset_, quadric_of(q), clip_options());
@@ -81,15 +84,18 @@ std::optional<CavityMesh> ClippedCavity::follow(const Moments& q) {
     // A crease that was mended far is better cut anew: mostly no triangles cross there then. Once, as cuts are not smooth in q.
     constexpr double kFar = 0.2;  // of the wall
     const bool is_far = farthest_mended_mm_ > kFar * options_.least_distance_mm();
-    return is_far && !std::exchange(was_cut_anew_, true) ? std::nullopt : std::move(result);
+    if (!is_far || was_cut_anew_) return result;
+    was_cut_anew_ = true;
+    if (result) far_ = Followed{q, *last_, mending_, std::move(*result)};
+    return std::nullopt;
   }
-  if (!CavityMender(surface_, options_).crossing(mesh, moved_of(moved)).empty()) return std::nullopt;
+  if (!CavityMender(surface_, options_).crossing(mesh, moved.is_new).empty()) return std::nullopt;
   return taken(mesh);
 }
 
 /// Sees to the walls and triangles of `mesh`, whose vertices were cut or moved to where they are in `cut`.
 std::optional<CavityMesh> ClippedCavity::mended(QuadricClipped cut, Mesh mesh) {
-  if (!CavityMender(surface_, options_).mend(mesh, moved_of(cut)).empty()) return std::nullopt;
+  if (!CavityMender(surface_, options_).mend(mesh, cut.is_new).empty()) return std::nullopt;
   mending_.resize(mesh.vertices.size());
   farthest_mended_mm_ = 0;
   for (std::size_t n = 0; n < mending_.size(); ++n) {

@@ -39,6 +39,15 @@ public:
   std::optional<CavityMesh> follow(const Moments& q);
 
 private:
+  /// What followed and was mended, for where it cannot be cut anew.
+  struct Followed {
+    Moments q;
+    QuadricClipped cut;
+    std::vector<Eigen::Vector3d> mending;
+    CavityMesh cavity;
+  };
+
+  std::optional<CavityMesh> cut_anew(const Moments& q);
   bool mend_what_is_left(const Quadric& f);
   QuadricClipOptions clip_options() const;
   std::optional<CavityMesh> mended(QuadricClipped cut, Mesh mesh);
@@ -54,6 +63,7 @@ private:
   std::vector<Eigen::Vector3d> mending_;  ///< by how much each of its vertices was moved then
   double farthest_mended_mm_ = 0;         ///< of creases
   bool was_cut_anew_ = false;             ///< for that
+  std::optional<Followed> far_;           ///< mended so far that it is to be cut anew
 };
 
 }  // namespace rayrep::detail

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstddef>
+#include <vector>
+
 #include "mesh/close_pairs.h"
 #include "rayrep/mesh/mesh.h"
 
@@ -9,5 +12,12 @@ namespace rayrep {
 /// Exact. Triangles of zero area are left out: what they cross their neighbours cross or touch.
 /// @param close  close_pairs of the mesh
 TrianglePairs crossing_pairs(const Mesh& mesh, TrianglePairs close);
+
+/// Those in any pair, ascending.
+std::vector<std::size_t> triangles_of(const TrianglePairs& pairs);
+
+/// Triangles that cross others, ascending, of those in the box around all that have a marked corner.
+/// @param marked  of each vertex
+std::vector<std::size_t> crossing_near(Mesh mesh, const std::vector<char>& marked);
 
 }  // namespace rayrep

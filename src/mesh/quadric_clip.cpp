@@ -34,9 +34,11 @@ struct Landed {
 /// Cuts a mesh along f = 0, where f changes its sign at most once along each edge.
 class Cutter {
 public:
-  Cutter(Mesh mesh, std::vector<double> values, const Quadric& f, const QuadricClipOptions& options)
+  Cutter(Mesh mesh, const QuadricRefiner& refiner, const Quadric& f, const QuadricClipOptions& options)
       : mesh_(std::move(mesh)),
-        value_(std::move(values)),
+        value_(refiner.values()),
+        is_new_(refiner.is_new()),
+        is_moved_(refiner.is_moved()),
         f_(f),
         options_(options),
         land_(f, options),
@@ -53,6 +55,19 @@ public:
     return pieces_where([this](std::size_t t, const Piece& piece) {
       return is_folded(t) || is_unplaced(t) || lacks_wall(piece, 0.5 * options_.error_mm);
     });
+  }
+
+  /// Triangles at the curve, or with a corner that was moved onto the surface, that leave it between their corners. theory.md (139)
+  std::vector<std::size_t> thin() const {
+    const auto is_moved = [this](int n) { return is_moved_[n] != 0; };
+    std::vector<std::size_t> triangles;
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
+      const Eigen::Vector3i& v = mesh_.triangles[t];
+      if (is_cut(v) ? leaves_surface(piece(v))
+                    : std::any_of(v.begin(), v.end(), is_moved) && leaves_surface({{v[0], v[1], v[2]}, 3}))
+        triangles.push_back(t);
+    }
+    return triangles;
   }
 
   /// Of the curve's chords in these triangles, before their ends were put on it.
@@ -307,6 +322,19 @@ private:
     return piece.leaves != piece.enters && is_far(mesh_.vertices[piece.leaves], mesh_.vertices[piece.enters]);
   }
 
+  /// Whether it is outside of the surface in the middle, or between two corners, by more than half of the error.
+  bool leaves_surface(const Piece& piece) const {
+    const double most_mm = 0.5 * options_.error_mm;
+    Vector3d sum = Vector3d::Zero();
+    for (int i = 0; i < piece.count; ++i) {
+      const Vector3d& p = mesh_.vertices[piece.corner[i]];
+      sum += p;
+      for (int j = 0; j < i; ++j)
+        if (land_.height(0.5 * (p + mesh_.vertices[piece.corner[j]])) > most_mm) return true;
+    }
+    return land_.height(sum / piece.count) > most_mm;
+  }
+
   /// Where a vertex was before it was moved onto the curve.
   const Vector3d& before(int n) const {
     const auto found = before_.find(n);
@@ -515,6 +543,7 @@ private:
           result.on.push_back(next.contains(n) && is_settled    ? On::crease
                               : next.contains(n) || t >= pieces ? On::cap
                                                                 : On::surface);
+          result.is_new.push_back(!is_vertex(n) || is_new_[n] || snapped_[n]);
         }
         n = number[n];
       }
@@ -525,6 +554,7 @@ private:
 
   Mesh mesh_;
   std::vector<double> value_;
+  std::vector<char> is_new_, is_moved_;
   const Quadric& f_;
   const QuadricClipOptions& options_;
   QuadricLanding land_;
@@ -542,47 +572,21 @@ private:
   std::unordered_map<int, Vector3d> before_;  ///< where points of the cut were before they were moved onto the curve
 };
 
-}  // namespace
-
-namespace {
-
-/// By more than 60 degrees, where it is no needle thinner than the error.
-bool is_turned(const Mesh& before, const Mesh& after, std::size_t t, double error_mm) {
-  const auto area = [t](const Mesh& mesh) -> Vector3d {
-    return (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0));
-  };
-  const Vector3d now = area(after);
-  const Vector3d then = area(before);
-  if (now.dot(then) >= 0.5 * now.norm() * then.norm()) return false;
-  double longest = 0;
-  for (int k = 0; k < 3; ++k) longest = std::max(longest, (after.corner(t, k) - after.corner(t, (k + 1) % 3)).norm());
-  return now.norm() > error_mm * longest;
-}
-
-}  // namespace
-
-bool follow(QuadricClipped& clipped, const Quadric& f, const QuadricClipOptions& options) {
-  constexpr double kReach = 8;  // times the way to f = 0: the curve goes farther where the surfaces meet at a sharp angle
-  const QuadricLanding land(f, options);
-  const Mesh before = clipped.mesh;
-  tbb::parallel_for(std::size_t{0}, before.vertices.size(), [&](std::size_t n) {
-    if (clipped.on[n] == QuadricClipped::On::surface) return;
-    Vector3d& p = clipped.mesh.vertices[n];
-    if (clipped.on[n] == QuadricClipped::On::crease) {
-      if (const auto moved = land.on_curve(p, options.error_mm + kReach * std::abs(f.distance(p)))) {
-        p = *moved;
-        return;
-      }
-      clipped.on[n] = QuadricClipped::On::cap;
+/// Splits triangles at the curve that leave the surface.
+void keep_to_surface(const Mesh& mesh, QuadricRefiner& refiner, const Quadric& f, const QuadricClipOptions& options,
+                     Landed& landed) {
+  constexpr int kRounds = 8;
+  if (!options.surface) return;
+  for (int round = 0; round < kRounds; ++round) {
+    Cutter cutter(mesh, refiner, f, options);
+    if (refiner.land(cutter.place(landed))) {
+      landed = {};
+      continue;
     }
-    p = f.nearest(p);
-  });
-  for (std::size_t t = 0; t < before.triangles.size(); ++t)
-    if (is_turned(before, clipped.mesh, t, options.error_mm)) return false;
-  return true;
+    const std::vector<std::size_t> thin = cutter.thin();
+    if (thin.empty() || !refiner.split(thin)) return;
+  }
 }
-
-namespace {
 
 /// Splits triangles in which the curve does not find its place until it does, or that no longer helps.
 Cutter placed(const Mesh& mesh, QuadricRefiner& refiner, const Quadric& f, const QuadricClipOptions& options) {
@@ -591,10 +595,11 @@ Cutter placed(const Mesh& mesh, QuadricRefiner& refiner, const Quadric& f, const
   constexpr double kLess = 0.9;
   std::optional<Cutter> best;
   Landed landed;
+  keep_to_surface(mesh, refiner, f, options, landed);
   double least_mm = HUGE_VAL;
   int patience = kPatience;
   for (int round = 0; round < kRounds && patience > 0; ++round) {
-    Cutter cutter(mesh, refiner.values(), f, options);
+    Cutter cutter(mesh, refiner, f, options);
     const std::vector<std::size_t> folds = cutter.place(landed);
     const double length_mm = cutter.length_in(folds);
     --patience;
@@ -603,7 +608,11 @@ Cutter placed(const Mesh& mesh, QuadricRefiner& refiner, const Quadric& f, const
       least_mm = length_mm;
       patience = kPatience;
     }
-    if (folds.empty() || !options.surface || !refiner.split(folds)) break;
+    if (folds.empty() || !options.surface) break;
+    if (refiner.land(folds))
+      landed = {};
+    else if (!refiner.split(folds))
+      break;
   }
   return std::move(*best);
 }
@@ -648,6 +657,7 @@ std::optional<QuadricClipped> clip_by_quadric(const Mesh& mesh, const Quadric& f
   if (std::all_of(result->on.begin(), result->on.end(), is_whole) && holds_ellipsoid(mesh, f)) {
     append_ellipsoid(f, options.error_mm, result->mesh);
     result->on.resize(result->mesh.vertices.size(), QuadricClipped::On::cap);
+    result->is_new.resize(result->mesh.vertices.size(), 1);
   }
   return result;
 }

@@ -29,8 +29,9 @@ struct QuadricClipOptions {
 
 struct QuadricClipped {
   enum class On : char { surface, crease, cap };
-  Mesh mesh;           ///< closed
-  std::vector<On> on;  ///< of each vertex; points of the cut that found no place on both surfaces are of the cap
+  Mesh mesh;                 ///< closed
+  std::vector<On> on;        ///< of each vertex; points of the cut that found no place on both surfaces are of the cap
+  std::vector<char> is_new;  ///< of each vertex: whether it is none of the mesh that was cut, or was moved
 };
 
 /// What of a closed mesh lies where f > 0, closed by caps on f = 0. theory.md (87)
@@ -45,8 +46,9 @@ struct QuadricClipped {
 ///              wholly within it, which becomes a shell. Of f and -f the caps are the same triangles.
 std::optional<QuadricClipped> clip_by_quadric(const Mesh& mesh, const Quadric& f, const QuadricClipOptions& options);
 
-/// The same triangles for a slightly different f: vertices of caps move along its gradient, those of creases along both surfaces.
-/// What it does is smooth in f.
+/// The same triangles for a slightly different f: vertices of caps move along its gradient, those of creases along both surfaces,
+/// and what is near to creases goes along with them, on the surface as far from it as it was. theory.md (140)
+/// What it does is continuous in f, and of first order.
 /// @returns false where a triangle thicker than the error turned by more than 60 degrees
 bool follow(QuadricClipped& clipped, const Quadric& f, const QuadricClipOptions& options);
 

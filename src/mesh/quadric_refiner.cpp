@@ -29,7 +29,12 @@ double QuadricAlong::root() const {
 }
 
 QuadricRefiner::QuadricRefiner(Mesh& mesh, const Quadric& f, const QuadricClipOptions& options)
-    : mesh_(mesh), f_(f), options_(options), land_(f, options) {
+    : mesh_(mesh),
+      f_(f),
+      options_(options),
+      land_(f, options),
+      is_new_(mesh.vertices.size(), 0),
+      is_moved_(mesh.vertices.size(), 0) {
   for (const Vector3d& v : mesh.vertices) value_.push_back(f.value(v));
 }
 
@@ -41,12 +46,49 @@ Vector3d QuadricRefiner::area(const Vector3i& v) const {
 int QuadricRefiner::add(const Vector3d& p) {
   mesh_.vertices.push_back(p);
   value_.push_back(f_.value(p));
+  is_new_.push_back(1);
+  is_moved_.push_back(0);
   return static_cast<int>(mesh_.vertices.size()) - 1;
 }
 
 void QuadricRefiner::move(int n, const Vector3d& p) {
   mesh_.vertices[n] = p;
   value_[n] = f_.value(p);
+  is_new_[n] = 1;
+}
+
+bool QuadricRefiner::land(const std::vector<std::size_t>& triangles) {
+  if (!options_.surface) return false;
+  std::unordered_map<int, Vector3d> before;
+  for (const std::size_t t : triangles)
+    for (const int n : mesh_.triangles[t]) {
+      if (stays_.contains(n)) continue;
+      const std::optional<Vector3d> p = land_.on_surface(mesh_.vertices[n], 8 * options_.error_mm);
+      if (!p || options_.is_above(f_.value(*p)) == above(n)) continue;
+      before.emplace(n, mesh_.vertices[n]);
+      move(n, *p);
+    }
+  bool any = !before.empty();
+  while (any && undo_crossings(before)) any = !before.empty();
+  for (const auto& [n, p] : before) is_moved_[n] = 1;
+  return any;
+}
+
+/// Vertices that were moved, to where something crosses, go back. @returns whether any did
+bool QuadricRefiner::undo_crossings(std::unordered_map<int, Vector3d>& before) {
+  std::vector<char> moved(mesh_.vertices.size(), 0);
+  for (const auto& [n, p] : before) moved[n] = 1;
+  bool any = false;
+  for (const std::size_t t : crossing_near(mesh_, moved))
+    for (const int n : mesh_.triangles[t]) {
+      const auto place = before.find(n);
+      if (place == before.end()) continue;
+      move(n, place->second);
+      stays_.insert(n);
+      before.erase(place);
+      any = true;
+    }
+  return any;
 }
 
 void QuadricRefiner::run() {
@@ -299,20 +341,37 @@ bool QuadricRefiner::is_folded(const Vector3i& v, const std::vector<Vector3i>& p
   });
 }
 
-/// The other triangles at the corners of those that are cut.
+/// The other triangles at the corners of those that are cut, and in the way of new vertices that are far from their sides.
 std::vector<Vector3i> QuadricRefiner::around(const std::vector<Cut>& cuts) const {
   std::vector<char> is_cut(mesh_.triangles.size(), 0);
   std::vector<char> near(mesh_.vertices.size(), 0);
+  std::vector<Eigen::AlignedBox3d> far;
   for (const Cut& cut : cuts) {
     is_cut[cut.triangle] = 1;
+    Eigen::AlignedBox3d box = box_of(mesh_.triangles[cut.triangle]);
+    bool leaves = false;
+    for (const int n : cut.middle) {
+      if (n < 0) continue;
+      leaves = leaves || box.exteriorDistance(mesh_.vertices[n]) > 0;
+      box.extend(mesh_.vertices[n]);
+    }
+    if (leaves) far.push_back(box);
     for (const int n : mesh_.triangles[cut.triangle]) near[n] = 1;
   }
   std::vector<Vector3i> triangles;
   for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
     const Vector3i& v = mesh_.triangles[t];
-    if (!is_cut[t] && (near[v[0]] || near[v[1]] || near[v[2]])) triangles.push_back(v);
+    if (is_cut[t]) continue;
+    const auto meets = [&](const Eigen::AlignedBox3d& box) { return box.intersects(box_of(v)); };
+    if (near[v[0]] || near[v[1]] || near[v[2]] || std::any_of(far.begin(), far.end(), meets)) triangles.push_back(v);
   }
   return triangles;
+}
+
+Eigen::AlignedBox3d QuadricRefiner::box_of(const Vector3i& v) const {
+  Eigen::AlignedBox3d box;
+  for (const int n : v) box.extend(mesh_.vertices[n]);
+  return box;
 }
 
 /// What the split sides leave of a triangle.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
 #include <unordered_map>
@@ -33,8 +34,15 @@ public:
   /// @returns false where none of them can be
   bool split(const std::vector<std::size_t>& triangles);
 
+  /// Moves corners of triangles onto the surface where that takes them to the other side of f = 0 and nothing crosses by that.
+  /// theory.md (138) @returns whether any
+  bool land(const std::vector<std::size_t>& triangles);
+
   /// f at the vertices.
   const std::vector<double>& values() const { return value_; }
+  /// Of the vertices, whether they were added or moved, and whether they were moved.
+  const std::vector<char>& is_new() const { return is_new_; }
+  const std::vector<char>& is_moved() const { return is_moved_; }
 
 private:
   /// Where an edge is split.
@@ -72,9 +80,11 @@ private:
   std::vector<Cut> cuts(const std::vector<std::size_t>& triangles) const;
   bool undo_folds(const std::vector<Cut>& cuts);
   bool undo_crossings(const std::vector<Cut>& cuts);
+  bool undo_crossings(std::unordered_map<int, Eigen::Vector3d>& before);
   bool undo(const Cut& cut);
   bool is_folded(const Eigen::Vector3i& v, const std::vector<Eigen::Vector3i>& pieces) const;
   std::vector<Eigen::Vector3i> around(const std::vector<Cut>& cuts) const;
+  Eigen::AlignedBox3d box_of(const Eigen::Vector3i& v) const;
   std::vector<Eigen::Vector3i> pieces(const Cut& cut) const;
   void replace(std::size_t t, const std::vector<Eigen::Vector3i>& pieces);
 
@@ -83,6 +93,8 @@ private:
   const QuadricClipOptions& options_;
   QuadricLanding land_;
   std::vector<double> value_;
+  std::vector<char> is_new_, is_moved_;
+  std::unordered_set<int> stays_;                     ///< vertices whose way onto the surface was undone
   std::unordered_map<std::uint64_t, Middle> middle_;  ///< of edges that are split
   std::unordered_set<std::uint64_t> whole_;           ///< edges whose split was undone
   std::vector<std::pair<std::size_t, Eigen::Vector3d>> inner_;

@@ -4,6 +4,7 @@
 
 #include "make/cavity_mender.h"
 #include "make/clipped_cavity.h"
+#include "mesh/crossing.h"
 #include "mesh/float32.h"
 #include "mesh/predicates.h"
 #include "mesh/surface_gap.h"
@@ -245,6 +246,18 @@ TEST(CrossingTriangles, AreThoseThatIntersect) {
         }
       }
     EXPECT_EQ(crossing_triangles(mesh), expected);
+    EXPECT_EQ(crossing_near(mesh, std::vector<char>(mesh.vertices.size(), 1)), expected);
+    EXPECT_TRUE(crossing_near(mesh, std::vector<char>(mesh.vertices.size(), 0)).empty());
+  }
+}
+
+TEST(CrossingTriangles, NearMarkedVerticesAreThoseThatTheseMake) {
+  Mesh mesh = icosphere(10, 3);
+  std::vector<char> moved(mesh.vertices.size(), 0);
+  for (const int n : {5, 77}) {
+    mesh.vertices[n] *= -1.1;
+    moved[n] = 1;
+    EXPECT_EQ(crossing_near(mesh, moved), crossing_triangles(mesh));
   }
 }
 

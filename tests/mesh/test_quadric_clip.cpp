@@ -405,7 +405,7 @@ TEST(QuadricClip, ChordsOfCreasesDoNotLeaveTheSurface) {
 TEST(QuadricClip, ChordsOfCreasesDoNotLeaveTheQuadric) {
   // On the walls of a box that few triangles are left of nothing else makes curves have points enough.
   const Solid cuboid = solids()[2];
-  const Mesh mesh = decimated(mesh_of(cuboid, 0.4), {kChord}).mesh;
+  const Mesh mesh = decimated(mesh_of(cuboid, 0.4), {kChord, {}}).mesh;
   ASSERT_LT(mesh.triangles.size(), 3000u);
   QuadricClipOptions options;
   options.error_mm = kChord;
@@ -431,6 +431,56 @@ TEST(QuadricClip, ChordsOfCreasesDoNotLeaveTheQuadric) {
       }
   }
   EXPECT_GT(creases, 2000);
+}
+
+TEST(QuadricClip, TrianglesAtCreasesDoNotLeaveTheSurface) {
+  const Solid ring = solids()[1];
+  const Mesh mesh = mesh_of(ring, 1.6);
+  QuadricClipOptions options;
+  options.error_mm = kChord;
+  options.surface = level_of(ring);
+  Random random(16);
+  int sides = 0;
+  int leaving = 0;
+  for (int n = 0; n < 12; ++n) {
+    const auto cut = clip_by_quadric(mesh, Quadric::plane(random.in_box(1).normalized(), random.uniform(-5, 5)), options);
+    if (!cut) continue;
+    const auto is_on = [&cut](int v, QuadricClipped::On what) { return cut->on[v] == what; };
+    for (const Eigen::Vector3i& t : cut->mesh.triangles)
+      for (int k = 0; k < 3; ++k) {
+        const int a = t[k];
+        const int b = t[(k + 1) % 3];
+        if (!is_on(a, QuadricClipped::On::crease) || !is_on(b, QuadricClipped::On::surface)) continue;
+        ++sides;
+        leaving += ring.height(0.5 * (cut->mesh.vertices[a] + cut->mesh.vertices[b])) > 0.6 * kChord;
+      }
+  }
+  EXPECT_GT(sides, 1000);
+  EXPECT_LE(leaving, sides / 50);
+}
+
+TEST(QuadricClip, CreasesAreOnTheCurveWhereTheMeshIsNotOnTheSurface) {
+  Random random(17);
+  for (const Solid& solid : {solids()[0], solids()[1]}) {
+    const Mesh sound = mesh_of(solid, 1.0);
+    QuadricClipOptions options;
+    options.error_mm = kChord;
+    options.surface = level_of(solid);
+    std::vector<double> off;
+    for (int n = 0; n < 24; ++n) {
+      const Quadric f = quadric(static_cast<Kind>(n % static_cast<int>(Kind::count)), random);
+      Mesh dented = sound;
+      for (Vector3d& v : dented.vertices)
+        if (std::abs(f.distance(v)) < 0.06) v -= 0.08 * options.surface(v)->normal;
+      const auto cut = clip_by_quadric(dented, f, options);
+      if (!cut) continue;
+      EXPECT_EQ(edges_not_of_two(cut->mesh), 0);
+      for (const Vector3d& p : rim_of(*cut)) off.push_back(std::max(std::abs(solid.height(p)), std::abs(f.distance(p))));
+    }
+    std::sort(off.begin(), off.end());
+    ASSERT_GT(off.size(), 1000u);
+    EXPECT_LT(off[off.size() * 999 / 1000], kChord) << solid.name;
+  }
 }
 
 TEST(QuadricClip, IsSoundWhereSurfacesAllButTouch) {
@@ -520,6 +570,52 @@ TEST(QuadricRefiner, DoesNotSplitWhatCannotBeBetter) {
   const std::size_t before = mesh.triangles.size();
   EXPECT_FALSE(refiner.split({0, 1, 2}));
   EXPECT_EQ(mesh.triangles.size(), before);
+}
+
+TEST(QuadricRefiner, LandsCornersThatTheSurfaceHasOnTheOtherSide) {
+  const Solid ball = solids().front();
+  Mesh mesh = mesh_of(ball, 1.2);
+  const int dented = mesh.triangles[40][0];
+  const Vector3d place = mesh.vertices[dented];
+  const Vector3d normal = place.normalized();
+  mesh.vertices[dented] -= 0.08 * normal;
+  QuadricClipOptions options;
+  options.error_mm = kChord;
+  options.surface = level_of(ball);
+  const Mesh before = mesh;
+  for (const double depth : {0.04, 0.2}) {
+    mesh = before;
+    const Quadric f = Quadric::plane(normal, place.dot(normal) - depth);
+    QuadricRefiner refiner(mesh, f, options);
+    const bool is_between = depth < 0.08;  // the vertex is below it and its place above
+    EXPECT_EQ(refiner.land({40}), is_between);
+    for (int n = 0; n < static_cast<int>(mesh.vertices.size()); ++n) {
+      EXPECT_EQ(refiner.is_moved()[n] != 0, is_between && n == dented);
+      EXPECT_EQ(refiner.is_new()[n], refiner.is_moved()[n]);
+    }
+    EXPECT_NEAR((mesh.vertices[dented] - place).norm(), is_between ? 0 : 0.08, 1e-6);
+    EXPECT_DOUBLE_EQ(refiner.values()[dented], f.value(mesh.vertices[dented]));
+  }
+}
+
+TEST(QuadricRefiner, LandsNothingBeyondAnotherSheet) {
+  // A lid 0.05 mm thick, and a surface that goes through it.
+  const Mesh sound = hollow(box({-5, -5, -5}, {5, 5, 6}), box({-4, -4, -4}, {4, 4, 5.95}));
+  QuadricClipOptions options;
+  options.error_mm = kChord;
+  const Quadric f = Quadric::plane(Vector3d::UnitZ(), 5.98);
+  for (const double depth : {0.03, 0.12}) {
+    options.surface = [depth](const Vector3d& p) { return LevelAt{p.z() - (6 - depth), Vector3d::UnitZ()}; };
+    Mesh mesh = sound;
+    QuadricRefiner refiner(mesh, f, options);
+    std::vector<std::size_t> lid;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      if (mesh.corner(t, 0).z() == 6 && mesh.corner(t, 1).z() == 6 && mesh.corner(t, 2).z() == 6) lid.push_back(t);
+    ASSERT_EQ(lid.size(), 2u);
+    EXPECT_EQ(refiner.land(lid), depth < 0.05);
+    EXPECT_TRUE(crossing_triangles(mesh).empty());
+    EXPECT_EQ(mesh.vertices == sound.vertices, depth > 0.05);
+  }
 }
 
 TEST(QuadricLanding, FindsTheRidgeThatAnEdgeCutsOff) {
@@ -643,6 +739,34 @@ TEST(QuadricClip, FollowsSmoothlyAndComesBack) {
     EXPECT_NEAR(mesh_moments(there.mesh)[M1], mesh_moments(cut->mesh)[M1], 1e-5 * surface_area(cut->mesh)) << n;
   }
   EXPECT_GT(followed, 25);
+}
+
+TEST(QuadricClip, FollowsPastVerticesOfTheSurface) {
+  // By as much as their triangles are long.
+  Random random(18);
+  for (const Solid& solid : {solids()[0], solids()[1]}) {
+    const Mesh mesh = mesh_of(solid, 0.4);
+    QuadricClipOptions options;
+    options.error_mm = kChord;
+    options.surface = level_of(solid);
+    for (int n = 0; n < 8; ++n) {
+      const Vector3d normal = (Vector3d(0, 0, 1.5) + random.in_box(1)).normalized();
+      const double height = random.uniform(-2, 2);
+      auto cut = clip_by_quadric(mesh, Quadric::plane(normal, height), options);
+      ASSERT_TRUE(cut);
+      const Quadric f = Quadric::plane(normal, height + (n % 2 == 0 ? 0.2 : -0.2));
+      ASSERT_TRUE(follow(*cut, f, options)) << solid.name << " " << n;
+      EXPECT_TRUE(crossing_triangles(cut->mesh).empty()) << solid.name << " " << n;
+      for (std::size_t v = 0; v < cut->on.size(); ++v) {
+        const Vector3d& p = cut->mesh.vertices[v];
+        if (cut->on[v] != QuadricClipped::On::cap) EXPECT_NEAR(solid.height(p), 0, 1e-3);
+        if (cut->on[v] != QuadricClipped::On::surface)
+          EXPECT_NEAR(f.distance(p), 0, 1e-6);
+        else
+          EXPECT_GT(f.distance(p), 0);
+      }
+    }
+  }
 }
 
 // Clips of meshes by quadrics, as callers have them.
