@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -68,6 +69,7 @@ void relax(Mesh& mesh, const std::vector<char>& marked, double most) {
 
 std::vector<std::size_t> CavityMender::mend(Mesh& mesh, std::vector<char> moved, const std::vector<char>& within) const {
   constexpr int kAttempts = 8;
+  constexpr std::array kGentle = {0.1, 0.3};  // of cuts before these: shares of the way to the nearest neighbour
   constexpr std::size_t kFew = 64;
   const bool is_cut = within.empty() && std::find(moved.begin(), moved.end(), 0) != moved.end();
   const std::vector<Vector3d> before = mesh.vertices;
@@ -79,12 +81,14 @@ std::vector<std::size_t> CavityMender::mend(Mesh& mesh, std::vector<char> moved,
     const bool fewer = crosses.size() <= 0.7 * static_cast<double>(std::exchange(before, crosses.size()));
     return !crosses.empty() && (fewer || crosses.size() <= kFew);
   };
-  for (int attempt = 0; attempt < kAttempts && goes_on(); ++attempt) {
+  const int gentle = is_cut ? static_cast<int>(kGentle.size()) : 0;
+  for (int attempt = -gentle; attempt < kAttempts && goes_on(); ++attempt) {
     std::fill(moved.begin(), moved.end(), 0);
     mark_corners(mesh, std::vector<int>(crosses.begin(), crosses.end()), moved);
     for (int ring = 0; ring < attempt / 2; ++ring) mark_corners(mesh, triangles_at(mesh, moved), moved);
     // Of a cut the triangles are of all sizes, and its creases are to stay where they are, if that helps.
-    relax(mesh, moved, is_cut && attempt < kAttempts / 2 ? 1 : HUGE_VAL);
+    const double most = attempt < 0 ? kGentle[static_cast<std::size_t>(gentle + attempt)] : 1;
+    relax(mesh, moved, is_cut && attempt < kAttempts / 2 ? most : HUGE_VAL);
     thicken(mesh, moved, within);
     crosses = crossing(mesh, moved);
   }

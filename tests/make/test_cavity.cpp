@@ -142,6 +142,25 @@ TEST(Cavity, FoldsThatRoundingMakesAreMended) {
   EXPECT_NEAR(mesh_moments(mended)[M1], mesh_moments(shell)[M1], 0.05);
 }
 
+TEST(Cavity, FoldsOfACutAreMendedByLittle) {
+  // A vertex that went past the other side of one of its triangles by a fiftieth of that.
+  Mesh shell = flipped(icosphere(5, 3));
+  const Eigen::Vector3i t = shell.triangles[0];
+  const Eigen::Vector3d middle = 0.5 * (shell.vertices[t[0]] + shell.vertices[t[1]]);
+  const double side = (shell.vertices[t[0]] - shell.vertices[t[1]]).norm();
+  shell.vertices[t[2]] = middle + 0.02 * side * (middle - shell.vertices[t[2]]).normalized();
+  ASSERT_FALSE(crossing_triangles(shell).empty());
+  const SurfaceQuery surface(icosphere(7, 4));
+  const CavityOptions options;
+  std::vector<char> is_new(shell.vertices.size(), 0);
+  is_new[t[2]] = 1;
+  Mesh mended = shell;
+  EXPECT_TRUE(detail::CavityMender(surface, options).mend(mended, is_new).empty());
+  EXPECT_TRUE(crossing_triangles(mended).empty());
+  for (std::size_t v = 0; v < shell.vertices.size(); ++v)
+    EXPECT_LT((mended.vertices[v] - shell.vertices[v]).norm(), 0.15 * side) << v;
+}
+
 TEST(Cavity, VolumeOfASphericalCapConverges) {
   // The part of a ball of radius R = 8.8 above z = 2: a cap of height 6.8.
   const double cap = kPi * 6.8 * 6.8 * (3 * 8.8 - 6.8) / 3;
