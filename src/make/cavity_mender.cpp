@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -69,30 +68,45 @@ void relax(Mesh& mesh, const std::vector<char>& marked, double most) {
 
 std::vector<std::size_t> CavityMender::mend(Mesh& mesh, std::vector<char> moved, const std::vector<char>& within) const {
   constexpr int kAttempts = 8;
-  constexpr std::array kGentle = {0.1, 0.3};  // of cuts before these: shares of the way to the nearest neighbour
   constexpr std::size_t kFew = 64;
   const bool is_cut = within.empty() && std::find(moved.begin(), moved.end(), 0) != moved.end();
   const std::vector<Vector3d> before = mesh.vertices;
   thicken(mesh, moved, within);
   std::vector<std::size_t> crosses = crossing(mesh, moved);
   if (!crosses.empty() && crosses.size() <= kFew) take_back(mesh, moved, before, crosses);
+  if (!crosses.empty() && crosses.size() <= kFew && is_cut) part_by_little(mesh, crosses);
   // Many that hardly become fewer are for the caller to close.
   auto goes_on = [&, before = 2 * crosses.size()]() mutable {
     const bool fewer = crosses.size() <= 0.7 * static_cast<double>(std::exchange(before, crosses.size()));
     return !crosses.empty() && (fewer || crosses.size() <= kFew);
   };
-  const int gentle = is_cut ? static_cast<int>(kGentle.size()) : 0;
-  for (int attempt = -gentle; attempt < kAttempts && goes_on(); ++attempt) {
-    std::fill(moved.begin(), moved.end(), 0);
-    mark_corners(mesh, std::vector<int>(crosses.begin(), crosses.end()), moved);
-    for (int ring = 0; ring < attempt / 2; ++ring) mark_corners(mesh, triangles_at(mesh, moved), moved);
+  for (int attempt = 0; attempt < kAttempts && goes_on(); ++attempt) {
     // Of a cut the triangles are of all sizes, and its creases are to stay where they are, if that helps.
-    const double most = attempt < 0 ? kGentle[static_cast<std::size_t>(gentle + attempt)] : 1;
-    relax(mesh, moved, is_cut && attempt < kAttempts / 2 ? most : HUGE_VAL);
-    thicken(mesh, moved, within);
-    crosses = crossing(mesh, moved);
+    crosses = part(mesh, crosses, {attempt / 2, is_cut && attempt < kAttempts / 2 ? 1 : HUGE_VAL}, within);
   }
   return crosses;
+}
+
+/// Relaxes triangles that cross. @returns those that do then
+std::vector<std::size_t> CavityMender::part(Mesh& mesh, const std::vector<std::size_t>& crosses, const Parting& how,
+                                            const std::vector<char>& within) const {
+  std::vector<char> moved(mesh.vertices.size(), 0);
+  mark_corners(mesh, std::vector<int>(crosses.begin(), crosses.end()), moved);
+  for (int ring = 0; ring < how.rings; ++ring) mark_corners(mesh, triangles_at(mesh, moved), moved);
+  relax(mesh, moved, how.most);
+  thicken(mesh, moved, within);
+  return crossing(mesh, moved);
+}
+
+/// Where triangles cross by little, as in rounded coordinates only; changes nothing where that does not help.
+void CavityMender::part_by_little(Mesh& mesh, std::vector<std::size_t>& crosses) const {
+  Mesh parted = mesh;
+  std::vector<std::size_t> left = crosses;
+  for (const double most : {0.1, 0.3})
+    if (!left.empty()) left = part(parted, left, {0, most}, {});
+  if (!left.empty()) return;
+  mesh = std::move(parted);
+  crosses.clear();
 }
 
 void CavityMender::thicken(Mesh& mesh, std::vector<char>& moved, const std::vector<char>& within) const {

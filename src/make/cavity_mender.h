@@ -25,6 +25,15 @@ public:
   std::vector<std::size_t> crossing(const Mesh& mesh, const std::vector<char>& moved) const;
 
 private:
+  /// How triangles that cross are relaxed.
+  struct Parting {
+    int rings;    ///< of vertices around theirs
+    double most;  ///< how far a vertex goes: at most as many times as it is to its nearest neighbour
+  };
+
+  std::vector<std::size_t> part(Mesh& mesh, const std::vector<std::size_t>& crosses, const Parting& how,
+                                const std::vector<char>& within) const;
+  void part_by_little(Mesh& mesh, std::vector<std::size_t>& crosses) const;
   /// Marks as moved what it moves.
   void thicken(Mesh& mesh, std::vector<char>& moved, const std::vector<char>& within) const;
   void take_back(Mesh& mesh, const std::vector<char>& moved, const std::vector<Eigen::Vector3d>& before,
