@@ -759,11 +759,9 @@ TEST(QuadricClip, FollowsPastVerticesOfTheSurface) {
       EXPECT_TRUE(crossing_triangles(cut->mesh).empty()) << solid.name << " " << n;
       for (std::size_t v = 0; v < cut->on.size(); ++v) {
         const Vector3d& p = cut->mesh.vertices[v];
-        if (cut->on[v] != QuadricClipped::On::cap) EXPECT_NEAR(solid.height(p), 0, 1e-3);
-        if (cut->on[v] != QuadricClipped::On::surface)
-          EXPECT_NEAR(f.distance(p), 0, 1e-6);
-        else
-          EXPECT_GT(f.distance(p), 0);
+        const bool is_surface = cut->on[v] == QuadricClipped::On::surface;
+        EXPECT_TRUE(is_surface ? f.distance(p) > 0 : std::abs(f.distance(p)) < 1e-6) << f.distance(p);
+        EXPECT_TRUE(cut->on[v] == QuadricClipped::On::cap || std::abs(solid.height(p)) < 1e-3) << solid.height(p);
       }
     }
   }
