@@ -69,28 +69,38 @@ std::optional<CavityMesh> ClippedCavity::cut_anew(const Moments& q) {
 
 std::optional<CavityMesh> ClippedCavity::follow(const Moments& q) {
   if (!last_) return std::nullopt;
-  QuadricClipped moved = *last_;
-  if (!rayrep::follow(moved, quadric_of(q), clip_options())) return std::nullopt;
+  std::optional<Moved> moved = follow(quadric_of(q), false);
+  const bool crosses = !moved || moved->crossing > 0;
+  if (crosses)
+    if (std::optional<Moved> carried = follow(quadric_of(q), true); carried && (!moved || carried->crossing < moved->crossing))
+      moved = std::move(carried);
+  if (!moved) return std::nullopt;
   double farthest = 0;
-  Mesh mesh = moved.mesh;
-  for (std::size_t n = 0; n < mesh.vertices.size(); ++n) {
-    farthest = std::max(farthest, (mesh.vertices[n] - last_->mesh.vertices[n]).norm());
-    mesh.vertices[n] += mending_[n];
-  }
+  for (std::size_t n = 0; n < mending_.size(); ++n)
+    farthest = std::max(farthest, (moved->cut.mesh.vertices[n] - last_->mesh.vertices[n]).norm());
   // The last steps, which are short, are smooth in q.
   constexpr double kShort = 0.005;  // of the wall: a quarter of what it may lack
-  if (farthest > kShort * options_.least_distance_mm()) {
-    std::optional<CavityMesh> result = mended(std::move(moved), std::move(mesh));
-    // A crease that was mended far is better cut anew: mostly no triangles cross there then. Once, as cuts are not smooth in q.
-    constexpr double kFar = 0.2;  // of the wall
-    const bool is_far = farthest_mended_mm_ > kFar * options_.least_distance_mm();
-    if (!is_far || was_cut_anew_) return result;
-    was_cut_anew_ = true;
-    if (result) far_ = Followed{q, *last_, mending_, std::move(*result)};
-    return std::nullopt;
-  }
-  if (!CavityMender(surface_, options_).crossing(mesh, moved.is_new).empty()) return std::nullopt;
-  return taken(mesh);
+  if (farthest <= kShort * options_.least_distance_mm())
+    return moved->crossing > 0 ? std::nullopt : std::optional(taken(moved->mesh));
+  std::optional<CavityMesh> result = mended(std::move(moved->cut), std::move(moved->mesh));
+  // A crease that was mended far, or crosses where it has come far, is better cut anew: mostly no triangles cross there then. Once,
+  // as cuts are not smooth in q.
+  constexpr double kFar = 0.2;  // of the wall
+  const bool is_far = std::max(farthest_mended_mm_, crosses ? farthest : 0) > kFar * options_.least_distance_mm();
+  if (!is_far || was_cut_anew_) return result;
+  was_cut_anew_ = true;
+  if (result) far_ = Followed{q, *last_, mending_, std::move(*result)};
+  return std::nullopt;
+}
+
+/// The last cut, moved to another quadric, and with what it was mended by.
+std::optional<ClippedCavity::Moved> ClippedCavity::follow(const Quadric& f, bool carry) const {
+  Moved moved{*last_, {}, 0};
+  if (!rayrep::follow(moved.cut, f, clip_options(), carry)) return std::nullopt;
+  moved.mesh = moved.cut.mesh;
+  for (std::size_t n = 0; n < mending_.size(); ++n) moved.mesh.vertices[n] += mending_[n];
+  moved.crossing = CavityMender(surface_, options_).crossing(moved.mesh, moved.cut.is_new).size();
+  return moved;
 }
 
 /// Sees to the walls and triangles of `mesh`, whose vertices were cut or moved to where they are in `cut`.

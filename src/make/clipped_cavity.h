@@ -47,6 +47,13 @@ private:
     CavityMesh cavity;
   };
 
+  struct Moved {
+    QuadricClipped cut;
+    Mesh mesh;
+    std::size_t crossing;  ///< triangles of the mesh, as delivered
+  };
+
+  std::optional<Moved> follow(const Quadric& f, bool carry) const;
   std::optional<CavityMesh> cut_anew(const Moments& q);
   bool mend_what_is_left(const Quadric& f);
   QuadricClipOptions clip_options() const;

@@ -46,10 +46,11 @@ struct QuadricClipped {
 ///              wholly within it, which becomes a shell. Of f and -f the caps are the same triangles.
 std::optional<QuadricClipped> clip_by_quadric(const Mesh& mesh, const Quadric& f, const QuadricClipOptions& options);
 
-/// The same triangles for a slightly different f: vertices of caps move along its gradient, those of creases along both surfaces,
-/// and what is near to creases goes along with them, on the surface as far from it as it was. theory.md (140)
-/// What it does is continuous in f, and of first order.
+/// The same triangles for a slightly different f: vertices of caps move along its gradient, those of creases along both surfaces.
+/// What it does is smooth in f.
+/// @param carry  what is near to creases goes along with them, on the surface as far from it as it was: creases may pass where
+///               vertices were. theory.md (140)
 /// @returns false where a triangle thicker than the error turned by more than 60 degrees
-bool follow(QuadricClipped& clipped, const Quadric& f, const QuadricClipOptions& options);
+bool follow(QuadricClipped& clipped, const Quadric& f, const QuadricClipOptions& options, bool carry = false);
 
 }  // namespace rayrep

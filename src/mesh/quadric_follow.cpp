@@ -88,32 +88,44 @@ Vector3d along_surface(const Vector3d& p, const Vector3d& way, const Quadric& f,
   return end;
 }
 
+/// Moves what is near to creases by what these have moved.
+void carry_along(QuadricClipped& clipped, const std::vector<Vector3d>& before, const Quadric& f,
+                 const QuadricClipOptions& options) {
+  std::vector<Vector3d>& vertices = clipped.mesh.vertices;
+  const Ways ways(before, vertices, clipped.on);
+  tbb::parallel_for(std::size_t{0}, vertices.size(), [&](std::size_t n) {
+    if (clipped.on[n] == On::crease) return;
+    const Vector3d way = ways.at(before[n]);
+    if (way == Vector3d::Zero()) return;
+    if (clipped.on[n] == On::cap) {
+      vertices[n] = f.nearest(before[n] + way);
+    } else if (options.surface) {
+      vertices[n] = along_surface(before[n], way, f, options);
+      clipped.is_new[n] = 1;
+    }
+  });
+}
+
 }  // namespace
 
-bool follow(QuadricClipped& clipped, const Quadric& f, const QuadricClipOptions& options) {
+bool follow(QuadricClipped& clipped, const Quadric& f, const QuadricClipOptions& options, bool carry) {
   constexpr double kReach = 8;  // times the way to f = 0: the curve goes farther where the surfaces meet at a sharp angle
   const QuadricLanding land(f, options);
   const Mesh before = clipped.mesh;
   std::vector<Vector3d>& vertices = clipped.mesh.vertices;
   tbb::parallel_for(std::size_t{0}, vertices.size(), [&](std::size_t n) {
-    if (clipped.on[n] != On::crease) return;
-    const Vector3d p = vertices[n];
-    const auto moved = land.on_curve(p, options.error_mm + kReach * std::abs(f.distance(p)));
-    if (!moved) clipped.on[n] = On::cap;
-    vertices[n] = moved.value_or(f.nearest(p));
-  });
-  const Ways ways(before.vertices, vertices, clipped.on);
-  tbb::parallel_for(std::size_t{0}, vertices.size(), [&](std::size_t n) {
-    if (clipped.on[n] == On::crease) return;
-    const Vector3d way = ways.at(before.vertices[n]);
+    if (clipped.on[n] == On::surface) return;
     Vector3d& p = vertices[n];
-    if (clipped.on[n] == On::cap) {
-      p = f.nearest(before.vertices[n] + way);
-    } else if (options.surface && way != Vector3d::Zero()) {
-      p = along_surface(p, way, f, options);
-      clipped.is_new[n] = 1;
+    if (clipped.on[n] == On::crease) {
+      if (const auto moved = land.on_curve(p, options.error_mm + kReach * std::abs(f.distance(p)))) {
+        p = *moved;
+        return;
+      }
+      clipped.on[n] = On::cap;
     }
+    p = f.nearest(p);
   });
+  if (carry) carry_along(clipped, before.vertices, f, options);
   for (std::size_t t = 0; t < before.triangles.size(); ++t)
     if (is_turned(before, clipped.mesh, t, options.error_mm)) return false;
   return true;

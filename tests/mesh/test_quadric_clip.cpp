@@ -755,7 +755,7 @@ TEST(QuadricClip, FollowsPastVerticesOfTheSurface) {
       auto cut = clip_by_quadric(mesh, Quadric::plane(normal, height), options);
       ASSERT_TRUE(cut);
       const Quadric f = Quadric::plane(normal, height + (n % 2 == 0 ? 0.2 : -0.2));
-      ASSERT_TRUE(follow(*cut, f, options)) << solid.name << " " << n;
+      ASSERT_TRUE(follow(*cut, f, options, true)) << solid.name << " " << n;
       EXPECT_TRUE(crossing_triangles(cut->mesh).empty()) << solid.name << " " << n;
       for (std::size_t v = 0; v < cut->on.size(); ++v) {
         const Vector3d& p = cut->mesh.vertices[v];
