@@ -73,7 +73,7 @@ std::vector<std::size_t> CavityMender::mend(Mesh& mesh, std::vector<char> moved,
   const std::vector<Vector3d> before = mesh.vertices;
   thicken(mesh, moved, within);
   std::vector<std::size_t> crosses = crossing(mesh, moved);
-  if (!crosses.empty() && crosses.size() <= kFew) take_back(mesh, moved, before, crosses);
+  if (!crosses.empty() && crosses.size() <= kFew && mesh.vertices != before) take_back(mesh, moved, before, crosses);
   if (!crosses.empty() && crosses.size() <= kFew && is_cut) part_by_little(mesh, crosses);
   // Many that hardly become fewer are for the caller to close.
   auto goes_on = [&, before = 2 * crosses.size()]() mutable {
