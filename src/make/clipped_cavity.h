@@ -47,9 +47,10 @@ private:
     CavityMesh cavity;
   };
 
+  /// What follows, before it is mended.
   struct Moved {
     QuadricClipped cut;
-    Mesh mesh;
+    Mesh mesh;             ///< with what was mended of the last one
     std::size_t crossing;  ///< triangles of the mesh, as delivered
   };
 
