@@ -392,16 +392,16 @@ TEST(ClippedCavity, FollowsAHundredthOfAMillimetreAndKeepsTheWallAndCrossesNowhe
   for (const Mesh& solid : {rotated(l_shape(9), random_rotation(6)), torus(10, 5, 60, 40), rotated(ring, random_rotation(2))}) {
     Twins twins(solid, 0.5);
     const double middle = bounding_box(solid).center().z();
-    int refused = 0;  // once, where a crease would be mended far
-    for (const double by : {0.002, 0.01, 0.01, 0.06, 0.1}) {
+    int refused = 0;  // where a crease would be mended far, and where nothing helps; 4 where nothing is carried along
+    for (const double by : {0.002, 0.01, 0.01, 0.06, 0.1, 0.15}) {
       ASSERT_TRUE(twins.clipped->cut(plane(middle, 0.3)));
       const auto cavity = twins.clipped->follow(plane(middle + by, 0.3));
-      refused += !cavity && by <= 0.01;
+      refused += !cavity;
       if (!cavity) continue;
       EXPECT_GE(smallest_gap(cavity->mesh, twins.surface), 0.985 * 1.2);
       EXPECT_TRUE(crossing_triangles(cavity->mesh).empty());
     }
-    EXPECT_LE(refused, 1);
+    EXPECT_LE(refused, 2);
   }
 }
 
