@@ -83,10 +83,12 @@ std::optional<CavityMesh> ClippedCavity::follow(const Moments& q) {
   if (farthest <= kShort * options_.least_distance_mm())
     return moved->crossing > 0 ? std::nullopt : std::optional(taken(moved->mesh));
   std::optional<CavityMesh> result = mended(std::move(moved->cut), std::move(moved->mesh));
-  // A crease that was mended far, or crosses where it has come far, is better cut anew: mostly no triangles cross there then. Once,
-  // as cuts are not smooth in q.
-  constexpr double kFar = 0.2;  // of the wall
-  const bool is_far = std::max(farthest_mended_mm_, crosses ? farthest : 0) > kFar * options_.least_distance_mm();
+  // A crease that was mended far, or crosses where it has come farther still, is better cut anew: mostly no triangles cross there
+  // then. Once, as cuts are not smooth in q.
+  constexpr double kMended = 0.2;  // of the wall
+  constexpr double kFarthest = 0.4;
+  const double wall = options_.least_distance_mm();
+  const bool is_far = farthest_mended_mm_ > kMended * wall || (crosses && farthest > kFarthest * wall);
   if (!is_far || was_cut_anew_) return result;
   was_cut_anew_ = true;
   if (result) far_ = Followed{q, *last_, mending_, std::move(*result)};

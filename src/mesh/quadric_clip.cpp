@@ -58,19 +58,14 @@ public:
   }
 
   /// Triangles at the curve, or with a corner that was moved onto the surface, that leave it between their corners. theory.md (139)
-  /// @param sound  those of which it is known that they do not, by their corners; what is found so is added
-  std::vector<std::size_t> thin(std::set<std::array<int, 3>>& sound) const {
+  std::vector<std::size_t> thin() const {
     const auto is_moved = [this](int n) { return is_moved_[n] != 0; };
     std::vector<std::size_t> triangles;
     for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
       const Eigen::Vector3i& v = mesh_.triangles[t];
-      if (!is_cut(v) && std::none_of(v.begin(), v.end(), is_moved)) continue;
-      const std::array<int, 3> corners{v[0], v[1], v[2]};
-      if (sound.contains(corners)) continue;
-      if (leaves_surface(is_cut(v) ? piece(v) : Piece{{v[0], v[1], v[2]}, 3}))
+      if (is_cut(v) ? leaves_surface(piece(v))
+                    : std::any_of(v.begin(), v.end(), is_moved) && leaves_surface({{v[0], v[1], v[2]}, 3}))
         triangles.push_back(t);
-      else
-        sound.insert(corners);
     }
     return triangles;
   }
@@ -582,15 +577,13 @@ void keep_to_surface(const Mesh& mesh, QuadricRefiner& refiner, const Quadric& f
                      Landed& landed) {
   constexpr int kRounds = 8;
   if (!options.surface) return;
-  std::set<std::array<int, 3>> sound;
   for (int round = 0; round < kRounds; ++round) {
     Cutter cutter(mesh, refiner, f, options);
     if (refiner.land(cutter.place(landed))) {
       landed = {};
-      sound.clear();
       continue;
     }
-    const std::vector<std::size_t> thin = cutter.thin(sound);
+    const std::vector<std::size_t> thin = cutter.thin();
     if (thin.empty() || !refiner.split(thin)) return;
   }
 }
