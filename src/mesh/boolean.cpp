@@ -1,19 +1,20 @@
 #include "rayrep/mesh/boolean.h"
 
-#include <algorithm>
-#include <map>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "base/text.h"
-#include "base/union_find.h"
 #include "mesh/close_pairs.h"
 #include "mesh/combination.h"
+#include "mesh/corner_joiner.h"
 #include "mesh/crossing.h"
 #include "mesh/mesh_edges.h"
-#include "mesh/point_tree.h"
-#include "mesh/polygon.h"
+#include "mesh/part.h"
 #include "mesh/predicates.h"
+#include "mesh/shells.h"
 #include "rayrep/base/error.h"
 
 namespace rayrep {
@@ -78,19 +79,6 @@ Operands joined(std::span<const Mesh> meshes) {
   return all;
 }
 
-/// What rounding has done to a mesh.
-struct Flaws {
-  TrianglePairs crossings;
-  std::vector<int> flat;
-
-  std::size_t size() const { return crossings.size() + flat.size(); }
-  std::vector<int> triangles() const {
-    std::vector<int> found = flat;
-    for (const auto& [s, t] : crossings) found.insert(found.end(), {s, t});
-    return found;
-  }
-};
-
 /// Whether every edge is run as often one way as the other. One repair in 10^5 random pairs, of triangles as small as the rounding,
 /// was not closed; such a one is not taken.
 bool is_closed(const Mesh& mesh) {
@@ -106,127 +94,113 @@ Flaws flaws_of(const Mesh& mesh, const Progress& progress) {
   return flaws;
 }
 
-/// Joins corners of triangles with flaws that are within reach of each other, to the first of them, and splits sides of such
-/// triangles at corners within reach of them. A closed surface stays so.
-class CornerJoiner {
-public:
-  CornerJoiner(const CombinedMesh& given, const Flaws& flaws, double reach_mm)
-      : given_(given),
-        reach_mm_(reach_mm),
-        flawed_(flaws.triangles()),
-        corners_(corners()),
-        tree_(given.mesh.vertices, corners_),
-        joined_(static_cast<int>(given.mesh.vertices.size())) {}
+/// What `combination` left, and what rounding did to it.
+struct Rounded {
+  CombinedMesh combined;
+  Flaws flaws;
+};
 
-  CombinedMesh run() {
-    for (const int v : corners_) {
-      tree_.near_segment(place(v), place(v), reach_mm_, near_);
-      for (const int other : near_) joined_.unite(v, other);
-    }
-    for (const int t : flawed_)
-      for (int k = 0; k < 3; ++k) split_side(ends_of(triangle(t), k));
-    CombinedMesh result{{given_.mesh.vertices, {}}, {}};
-    for (std::size_t t = 0; t < given_.mesh.triangles.size(); ++t) {
-      const std::vector<int> polygon = polygon_of(given_.mesh.triangles[t]);
-      if (polygon.size() < 3) continue;
-      append_triangulated(polygon, result.mesh);
-      CombinedMesh::Source source = given_.sources[t];
-      source.whole = source.whole && polygon.size() == 3 && result.mesh.triangles.back() == given_.mesh.triangles[t];
-      result.sources.resize(result.mesh.triangles.size(), source);
-    }
-    return result;
+/// Looks for corners to join that leave a mesh without flaws. Each step takes what it is given, joined, as a solid once more and
+/// rounds that, so that it may leave more flaws and the next one none; of all steps, of which there are so many at most, the best
+/// is kept.
+class RoundingRepair {
+public:
+  RoundingRepair(Rounded given, const BooleanOptions& options, const Progress& progress)
+      : best_(std::move(given)),
+        float32_(options.float32),
+        rounding_mm_(float32_spacing_mm(bounding_box(best_.combined.mesh)) * (float32_ ? 1 : 0x1p-29)),
+        progress_(progress) {}
+
+  Rounded run() {
+    const Rounded given = best_;
+    for (double reach = 2; flawed() && reach <= kFarthestJoined; reach *= 4) step(best_, {reach * rounding_mm_}, most_after(best_));
+    if (!flawed()) return std::move(best_);
+    const Rounded first = without_plates(given);
+    best_ = without_plates(best_);
+    if (first.flaws.size() < best_.flaws.size()) best_ = first;
+    for (const bool at_crossings : {true, false}) follow_all(best_, at_crossings);
+    for (const bool at_crossings : {true, false}) follow_all(first, at_crossings);
+    return std::move(best_);
   }
 
 private:
-  using Side = std::pair<int, int>;  ///< its ends, the lower first
+  bool flawed() const { return best_.flaws.size() > 0; }
 
-  const Vector3d& place(int v) const { return given_.mesh.vertices[static_cast<std::size_t>(v)]; }
-  const Vector3i& triangle(int t) const { return given_.mesh.triangles[static_cast<std::size_t>(t)]; }
+  /// How many flaws a mesh may have on the way from another one: what grows faster does so without end.
+  static std::size_t most_after(const Rounded& given) { return 10 * given.flaws.size() + 100; }
 
-  std::vector<int> corners() const {
-    std::vector<int> found;
-    for (const int t : flawed_)
-      for (const int v : triangle(t)) found.push_back(v);
-    std::sort(found.begin(), found.end());
-    found.erase(std::unique(found.begin(), found.end()), found.end());
-    return found;
-  }
-
-  Side ends_of(const Vector3i& t, int k) { return std::minmax({joined_.root(t[k]), joined_.root(t[(k + 1) % 3])}); }
-
-  void split_side(const Side& side) {
-    if (side.first == side.second || on_side_.contains(side)) return;
-    const Vector3d &a = place(side.first), &b = place(side.second);
-    tree_.near_segment(a, b, reach_mm_, near_);
-    std::vector<std::pair<double, int>> along;
-    for (const int v : near_)
-      if (const int r = joined_.root(v); r != side.first && r != side.second)
-        along.emplace_back(on_segment(place(r), a, b).along, r);
-    std::sort(along.begin(), along.end());
-    along.erase(std::unique(along.begin(), along.end()), along.end());
-    std::vector<int>& found = on_side_[side];
-    for (const auto& [distance, v] : along) found.push_back(v);
-  }
-
-  /// A triangle with what its sides are split at; less than three corners where it has gone.
-  std::vector<int> polygon_of(const Vector3i& t) {
-    std::vector<int> polygon;
-    for (int k = 0; k < 3; ++k) {
-      const Side ends = ends_of(t, k);
-      if (ends.first == ends.second) continue;
-      polygon.push_back(joined_.root(t[k]));
-      const auto found = on_side_.find(ends);
-      if (found == on_side_.end()) continue;
-      if (polygon.back() == ends.first)
-        polygon.insert(polygon.end(), found->second.begin(), found->second.end());
-      else
-        polygon.insert(polygon.end(), found->second.rbegin(), found->second.rend());
+  void follow_all(const Rounded& given, bool at_crossings) {
+    const double farthest = kFarthestJoined * (float32_ ? 1 : 100);
+    for (double first = 2; first <= farthest; first *= 16) {
+      std::optional<Rounded> current = given;
+      for (double reach = first; flawed() && current && reach <= farthest; reach *= 4)
+        current = step(*current, {reach * rounding_mm_, at_crossings}, most_after(given));
     }
-    return polygon;
   }
 
-  const CombinedMesh& given_;
-  double reach_mm_;
-  std::vector<int> flawed_, corners_;
-  PointTree tree_;
-  UnionFind joined_;
-  std::map<Side, std::vector<int>> on_side_;  ///< corners that lie on a side, from its lower end on
-  std::vector<int> near_;
+  /// A mesh with flaws, its corners joined, taken as a solid once more; kept if nothing better was found so far.
+  /// @return  nothing where it has more than `most` flaws before or after that, or is not closed
+  std::optional<Rounded> step(const Rounded& given, const Joining& joining, std::size_t most) {
+    const CombinedMesh mesh = with_joined_corners(given.combined, given.flaws, joining);
+    Operands all = joined({&mesh.mesh, 1});
+    const TrianglePairs close = close_pairs(all.mesh, progress_);
+    if (crossing_pairs(all.mesh, close).size() > most) return std::nullopt;
+    Rounded next{combination(std::move(all), close, {.operation = BooleanOperation::unite, .float32 = float32_}, progress_), {}};
+    for (CombinedMesh::Source& source : next.combined.sources) {
+      const CombinedMesh::Source& before = mesh.sources[static_cast<std::size_t>(source.triangle)];
+      source = {before.operand, before.triangle, before.whole && source.whole};
+    }
+    next.flaws = flaws_of(next.combined.mesh, progress_);
+    if (next.flaws.size() > most || !is_closed(next.combined.mesh)) return std::nullopt;
+    if (next.flaws.size() < best_.flaws.size()) best_ = next;
+    return next;
+  }
+
+  /// Without what has flaws and is on the mean thinner than the rounding: nothing says that it is there at all.
+  Rounded without_plates(const Rounded& given) const {
+    const Mesh& mesh = given.combined.mesh;
+    const Components parts = connected_components(mesh);
+    const auto count = static_cast<std::size_t>(parts.count);
+    const std::vector<double> volumes = shell_volumes(mesh, parts.of_triangle, parts.count);
+    std::vector<double> areas(count, 0);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      areas[static_cast<std::size_t>(parts.of_triangle[t])] +=
+          (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm() / 2;
+    std::vector<char> drop(count, 0);
+    for (const int t : given.flaws.triangles()) {
+      const auto n = static_cast<std::size_t>(parts.of_triangle[static_cast<std::size_t>(t)]);
+      drop[n] = 2 * std::abs(volumes[n]) <= rounding_mm_ * areas[n];
+    }
+    std::vector<int> kept;
+    Rounded result;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      if (drop[static_cast<std::size_t>(parts.of_triangle[t])]) continue;
+      kept.push_back(static_cast<int>(t));
+      result.combined.sources.push_back(given.combined.sources[t]);
+    }
+    if (kept.size() == mesh.triangles.size()) return given;
+    result.combined.mesh = part(mesh, kept);
+    result.flaws = flaws_of(result.combined.mesh, progress_);
+    return result;
+  }
+
+  Rounded best_;
+  bool float32_;
+  double rounding_mm_;
+  const Progress& progress_;
 };
-
-CombinedMesh combined_once(std::span<const Mesh> meshes, const BooleanOptions& options, const Progress& progress) {
-  Operands all = joined(meshes);
-  const TrianglePairs close = close_pairs(all.mesh, progress);
-  return combination(std::move(all), close, options, progress);
-}
-
-/// A mesh with flaws, its corners joined, taken as a solid once more.
-CombinedMesh repaired(const CombinedMesh& flawed, bool float32, const Progress& progress) {
-  CombinedMesh result = combined_once({&flawed.mesh, 1}, {.operation = BooleanOperation::unite, .float32 = float32}, progress);
-  for (CombinedMesh::Source& source : result.sources) {
-    const CombinedMesh::Source& first = flawed.sources[static_cast<std::size_t>(source.triangle)];
-    source = {first.operand, first.triangle, first.whole && source.whole};
-  }
-  return result;
-}
 
 }  // namespace
 
 CombinedMesh combined(std::span<const Mesh> meshes, const BooleanOptions& options, const Progress& progress) {
-  CombinedMesh result = combined_once(meshes, options, progress);
-  Flaws flaws = flaws_of(result.mesh, progress);
-  const Eigen::AlignedBox3d box = bounding_box(result.mesh);
-  const double rounding_mm = float32_spacing_mm(box) * (options.float32 ? 1 : 0x1p-29);
-  for (double reach = 2; flaws.size() > 0 && reach <= kFarthestJoined; reach *= 4) {
-    CombinedMesh next = repaired(CornerJoiner(result, flaws, reach * rounding_mm).run(), options.float32, progress);
-    Flaws left = flaws_of(next.mesh, progress);
-    if (left.size() >= flaws.size() || !is_closed(next.mesh)) continue;
-    result = std::move(next);
-    flaws = std::move(left);
-  }
-  result.crossings = flaws.crossings.size();
-  result.flat = flaws.flat.size();
-  return result;
+  Operands all = joined(meshes);
+  const TrianglePairs close = close_pairs(all.mesh, progress);
+  Rounded result{combination(std::move(all), close, options, progress), {}};
+  result.flaws = flaws_of(result.combined.mesh, progress);
+  if (result.flaws.size() > 0) result = RoundingRepair(std::move(result), options, progress).run();
+  result.combined.crossings = result.flaws.crossings.size();
+  result.combined.flat = result.flaws.flat.size();
+  return std::move(result.combined);
 }
 
 }  // namespace rayrep
