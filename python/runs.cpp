@@ -17,7 +17,8 @@ namespace {
 
 using tool::Options;
 
-constexpr CheckOptions kChecksToJudge{.self_intersections = false};
+constexpr CheckOptions kChecksToJudge{.self_intersections = false, .unite = false};
+constexpr CheckOptions kChecksOfOriginal{.self_intersections = false};
 constexpr ReadOptions kAnySize{.memory_bytes = std::numeric_limits<std::size_t>::max()};
 
 std::optional<tbb::global_control> limit_threads(const Options& options) {
@@ -143,7 +144,8 @@ Input solid_for(const Options& options, const Given& given, const Progress& prog
 
 /// A closed mesh beside the one that is worked on. @throws Error{input}
 Mesh read_closed(const std::filesystem::path& path, const Options& options, const Progress& progress) {
-  return require_solid(read_mesh(path, {.memory_bytes = options.memory_bytes}).mesh, path.string(), kChecksToJudge, progress).mesh;
+  return require_solid(read_mesh(path, {.memory_bytes = options.memory_bytes}).mesh, path.string(), kChecksOfOriginal, progress)
+      .mesh;
 }
 
 std::vector<Part> fixed_parts(const Options& options, const Given& given, const Progress& progress) {
@@ -152,7 +154,7 @@ std::vector<Part> fixed_parts(const Options& options, const Given& given, const 
     parts.push_back(
         {.mesh = read_closed(file.path, options, progress), .role = Part::Role::insert, .density_g_cm3 = file.density_g_cm3});
   for (Part part : given.fixed) {
-    part.mesh = require_solid(part.mesh, "What is fixed in the body", kChecksToJudge, progress).mesh;
+    part.mesh = require_solid(part.mesh, "What is fixed in the body", kChecksOfOriginal, progress).mesh;
     parts.push_back(std::move(part));
   }
   return parts;
@@ -294,7 +296,7 @@ Outcome hollow_once(Options options, const Given& given, const Progress& progres
 }
 
 Outcome verify_printed(const Options& options, const Given& given, const Progress& progress) {
-  const Input original = input_for(given.original, options.original, options, kChecksToJudge, progress);
+  const Input original = input_for(given.original, options.original, options, kChecksOfOriginal, progress);
   refuse_unusable(original);
   Outcome outcome{start_report(options, original), options.spec, original.checked.mesh};
   RunReport& report = outcome.report;
@@ -357,6 +359,14 @@ Outcome hollow_changed(const Words& words, const Options& options, const Given& 
   if (advice.suggestions.empty() || !outcome)
     throw Error(ErrorCode::goal, refusal + " Nothing that --allow lets change does: tried " + advice.tried + ".");
   return std::move(*outcome);
+}
+
+/// The original, with bodies of it that overlap made one as for a maker, unless those of what is judged were left as they are.
+Input original_of(const Options& options, const Given& given, const Input& judged, const Progress& progress) {
+  Input original = input_for(given.original, options.original, options, kChecksOfOriginal, progress);
+  const bool left = original.checked.report.first_aid.bodies_united > 0 &&
+                    check_mesh(judged.checked.mesh, kChecksOfOriginal, progress).report.first_aid.bodies_united > 0;
+  return left ? input_for(given.original, options.original, options, kChecksToJudge, progress) : original;
 }
 
 }  // namespace
@@ -424,7 +434,7 @@ Outcome verify(const Words& words, const Given& given, const Progress& progress)
   if (input.checked.report.usable && input.pieces.empty()) refuse_loose_bodies(options, input, progress);
   std::optional<Input> original;
   if (has_original) {
-    original = input_for(given.original, options.original, options, kChecksToJudge, progress);
+    original = original_of(options, given, input, progress);
     refuse_unusable(*original);
     if (original->checked.report.first_aid)
       for (const std::string& note : original->checked.report.notes) input.summary.notes.push_back("Of --original: " + note);
@@ -458,7 +468,7 @@ Measurement measure(const Words& words, const Given& given, const Progress& prog
   const Options options = options_of(words);
   std::optional<Input> mesh;
   if (given.original || !options.original.empty()) {
-    mesh = input_for(given.original, options.original, options, kChecksToJudge, progress);
+    mesh = input_for(given.original, options.original, options, kChecksOfOriginal, progress);
     refuse_unusable(*mesh);
   }
   progress.begin("measure");

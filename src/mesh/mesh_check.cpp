@@ -21,6 +21,7 @@
 #include "mesh/orientation.h"
 #include "mesh/predicates.h"
 #include "mesh/shells.h"
+#include "mesh/unite_bodies.h"
 #include "rayrep/base/error.h"
 
 namespace rayrep {
@@ -323,6 +324,11 @@ struct PairCount {
   std::size_t first = std::numeric_limits<std::size_t>::max();
 };
 
+std::string self_intersection_words(const Defect& found) {
+  return "The surface crosses or touches itself in " + plural(found.count, "pair", "pairs") + " of triangles, first near " +
+         shown(found.first_mm) + ": overlapping parts are taken as one body.";
+}
+
 void count_self_intersections(const Mesh& mesh, const std::vector<bool>& is_flat, MeshReport& report, const Progress& progress) {
   const std::vector<std::pair<int, int>> pairs = close_pairs(mesh, progress);
   const auto intersect = [&](const std::pair<int, int>& pair) {
@@ -358,9 +364,7 @@ void count_self_intersections(const Mesh& mesh, const std::vector<bool>& is_flat
   const auto s = static_cast<std::size_t>(pairs[total.first].first);
   const auto t = static_cast<std::size_t>(pairs[total.first].second);
   report.self_intersections = {total.count, centroid(mesh, area2(s) < area2(t) ? s : t)};
-  report.notes.push_back("The surface crosses or touches itself in " + plural(total.count, "pair", "pairs") +
-                         " of triangles, first near " + shown(report.self_intersections.first_mm) +
-                         ": overlapping parts are taken as one body.");
+  report.notes.push_back(self_intersection_words(report.self_intersections));
 }
 
 // ---------------------------------------------------------------------------------------------------------------- refusals
@@ -585,9 +589,8 @@ std::optional<CheckedMesh> aided(const CheckedMesh& before, const CheckOptions& 
   return mended(before, std::move(aid), std::move(after));
 }
 
-}  // namespace
-
-CheckedMesh check_mesh(const Mesh& mesh, const CheckOptions& options, const Progress& progress) {
+/// check_mesh, bodies that overlap left as they are.
+CheckedMesh closed(const Mesh& mesh, const CheckOptions& options, const Progress& progress) {
   CheckedMesh checked = examined(mesh, options, progress);
   MeshReport& report = checked.report;
   if (!report.unbalanced_edges) return checked;
@@ -609,6 +612,38 @@ CheckedMesh check_mesh(const Mesh& mesh, const CheckOptions& options, const Prog
     }
   }
   report.refusal += concat(" ", kHowToRepair);
+  return checked;
+}
+
+/// Makes one of bodies that overlap. What was found of them stays.
+void unite(CheckedMesh& checked, const Progress& progress) {
+  UnitedBodies united = united_bodies(checked.mesh, checked.report.duplicate.count > 0, progress);
+  MeshReport& report = checked.report;
+  if (united.bodies == 0) return;
+  const std::string who = plural(united.bodies, "body overlaps", "bodies overlap");
+  CheckedMesh after;
+  if (united.left.empty()) {
+    after = examined(united.mesh, {.self_intersections = false, .first_aid = false}, progress);
+    if (!after.report.usable) united.left = "it would not be closed";
+  }
+  if (!united.left.empty()) {
+    report.notes.push_back(concat(who, " and could not be made one: ", united.left, ". They stay solid where they overlap."));
+    return;
+  }
+  std::erase(report.notes, self_intersection_words(report.self_intersections));
+  report.cavities = after.report.cavities;  // bodies may enclose one together
+  report.first_aid.bodies_united = united.bodies;
+  report.notes.push_back(concat("First aid: ", who, ": taken as one, the faces inside it left out. ",
+                                plural(checked.mesh.triangles.size(), "triangle", "triangles"), " before, ",
+                                after.mesh.triangles.size(), " after."));
+  checked.mesh = std::move(after.mesh);
+}
+
+}  // namespace
+
+CheckedMesh check_mesh(const Mesh& mesh, const CheckOptions& options, const Progress& progress) {
+  CheckedMesh checked = closed(mesh, options, progress);
+  if (checked.report.usable && options.first_aid && options.unite) unite(checked, progress);
   return checked;
 }
 

@@ -214,7 +214,8 @@ private:
                                                                                 : LengthUnit::millimetre;
       std::shared_ptr<const Mesh>& kept = meshes_[{part.file.lexically_normal().string(), unit}];
       if (!kept) {
-        CheckedMesh checked = check_mesh(read_mesh(part.file, {.unit = unit}).mesh, {.self_intersections = false}, progress_);
+        CheckedMesh checked =
+            check_mesh(read_mesh(part.file, {.unit = unit}).mesh, {.self_intersections = false, .unite = false}, progress_);
         if (!checked.report.usable) {
           if (const Defect& open = checked.report.unbalanced_edges) problem.place_mm = open.first_mm;
           complain(problem, where, "'" + part.file.string() + "' is no solid. " + trimmed(checked.report.refusal));

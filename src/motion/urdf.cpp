@@ -123,8 +123,8 @@ private:
                                         "those of a package from there upwards.");
     if (const std::string ending = shape.file.extension().string(); ending == ".dae" || ending == ".DAE")
       throw Error(ErrorCode::input, "rayrep does not read COLLADA: convert it to STL or OBJ, in m, and name that.");
-    CheckedMesh checked =
-        check_mesh(read_mesh(shape.file, {.unit = LengthUnit::metre}).mesh, {.self_intersections = false}, progress_);
+    CheckedMesh checked = check_mesh(read_mesh(shape.file, {.unit = LengthUnit::metre}).mesh,
+                                     {.self_intersections = false, .unite = false}, progress_);
     if (!checked.report.usable) throw Error(ErrorCode::input, "it is no solid. " + checked.report.refusal);
     return files_.emplace(shape.file, std::move(checked.mesh)).first->second;
   }

@@ -118,7 +118,8 @@ Json input_json(const InputSummary& input) {
                        {"triangles_added", aid.triangles_added},
                        {"surface_change", number(aid.surface_change)},
                        {"volume_change", number(aid.volume_change)},
-                       {"repaired", aid.repaired}};
+                       {"repaired", aid.repaired},
+                       {"bodies_united", aid.bodies_united}};
   if (!check.usable) {
     json["refusal"] = check.refusal;
     json["repairable"] = check.repairable;

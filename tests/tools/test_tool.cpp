@@ -265,6 +265,26 @@ TEST_F(Tool, MendsWhatEverySlicerPrints) {
   }
 }
 
+TEST_F(Tool, MakesOneOfBodiesThatOverlap) {
+  const Mesh torso = icosphere(30, 3), head = icosphere(18, 3, {2, 3, 36});
+  write_mesh(folder_ / "both.stl", merged({torso, head}));
+  const Run made = run("float both.stl --resolution 60 --report r.json -v -o a.stl");
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_TRUE(mentions(made.out, {"note: First aid: 2 bodies overlap: taken as one"})) << made.out;
+  EXPECT_FALSE(mentions(made.out, {"crosses or touches itself"})) << made.out;
+  const auto report = nlohmann::json::parse(text_of(folder_ / "r.json"));
+  EXPECT_EQ(report["input"]["first_aid"]["bodies_united"], 2);
+  // Faces inside would have kept 1.2 mm of material on either side, and all of the lens between them.
+  EXPECT_LT(report["after"]["volume_mm3"].get<double>(), 0.5 * report["before"]["volume_mm3"].get<double>());
+  const Run judged = run("verify a.stl --original both.stl --waterline " + report["goal"]["waterline_mm"].dump());
+  EXPECT_EQ(judged.code, 0) << judged.err;
+  EXPECT_TRUE(mentions(judged.out, {"Of --original: First aid: 2 bodies overlap"})) << judged.out;
+  // What was delivered with its bodies as they were is judged against them as they are.
+  const Run same = run("verify both.stl --original both.stl");
+  EXPECT_EQ(same.out.find("outer_unchanged"), std::string::npos) << same.out;
+  EXPECT_EQ(same.err.find("outer_unchanged"), std::string::npos) << same.err;
+}
+
 TEST_F(Tool, RepairsOnRequest) {
   write_mesh(folder_ / "open.stl", opened_egg());
   const Run inspected = run("inspect open.stl");

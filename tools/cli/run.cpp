@@ -259,7 +259,8 @@ std::vector<std::string> write_pieces(const Options& options, const Delivery& ma
     const Eigen::Vector3d middle = bounding_box(mesh).center();
     for (Eigen::Vector3d& v : mesh.vertices) v.head<2>() -= middle.head<2>();
     const std::filesystem::path target = options.output_of_piece(paths.size() + 1);
-    const CheckedMesh back = check_mesh(read_mesh(companions.write(target, mesh, Eigen::Vector3d::UnitZ())).mesh, {}, progress);
+    const CheckedMesh back =
+        check_mesh(read_mesh(companions.write(target, mesh, Eigen::Vector3d::UnitZ())).mesh, {.unite = false}, progress);
     const double volume_mm3 = mesh_moments(mesh)[M1];
     constexpr double kRounding = 1e-5;
     if (!back.report.usable || std::abs(mesh_moments(back.mesh)[M1] - volume_mm3) > kRounding * volume_mm3)
@@ -431,7 +432,8 @@ void run_hollow(const Options& options, Stages& stages, const Progress& progress
   hollow_one(options, input, stages, progress);
 }
 
-constexpr CheckOptions kChecksToJudge{.self_intersections = false};
+constexpr CheckOptions kChecksToJudge{.self_intersections = false, .unite = false};
+constexpr CheckOptions kChecksOfOriginal{.self_intersections = false};
 
 /// What a nozzle lays down, bead by bead; in the frame of the mesh if that was found in it.
 Mesh laid_down(const Measurement& measurement) {
@@ -469,12 +471,20 @@ void tell_verdict(const Options& options, RunReport& report, const Delivery& jud
   if (!options.quiet) std::cout << "VERIFIED\n";
 }
 
+/// The original, with bodies of it that overlap made one as for a maker, unless those of what is judged were left as they are.
+ReadMesh original_of(const Options& options, const ReadMesh& judged, const Progress& progress) {
+  ReadMesh original = read(options.original, options, kChecksOfOriginal, progress);
+  const bool left = original.checked.report.first_aid.bodies_united > 0 &&
+                    check_mesh(judged.checked.mesh, kChecksOfOriginal, progress).report.first_aid.bodies_united > 0;
+  return left ? read(options.original, options, kChecksToJudge, progress) : original;
+}
+
 void verify_one(const Options& options, const ReadMesh& mesh, Stages& stages, const Progress& progress) {
   ReadMesh input = mesh;
   require_planes_meet(options, input.checked.mesh);
   std::optional<ReadMesh> original;
   if (!options.original.empty()) {
-    original = read(options.original, options, kChecksToJudge, progress);
+    original = original_of(options, input, progress);
     refuse_unusable(*original);
     if (original->checked.report.first_aid)
       for (const std::string& note : original->checked.report.notes) input.summary.notes.push_back("Of --original: " + note);
@@ -508,7 +518,7 @@ void verify_one(const Options& options, const ReadMesh& mesh, Stages& stages, co
 }
 
 void verify_printed(const Options& options, Stages& stages, const Progress& progress) {
-  ReadMesh original = read(options.original, options, kChecksToJudge, progress);
+  ReadMesh original = read(options.original, options, kChecksOfOriginal, progress);
   refuse_unusable(original);
   require_planes_meet(options, original.checked.mesh);
   RunReport report = start_report(options, original);
@@ -555,7 +565,7 @@ Pictures draw_printed(const Options& options, const Measurement& measurement) {
 void run_measure(const Options& options, Stages& stages, const Progress& progress) {
   std::optional<ReadMesh> mesh;
   if (!options.original.empty()) {
-    mesh = read(options.original, options, kChecksToJudge, progress);
+    mesh = read(options.original, options, kChecksOfOriginal, progress);
     refuse_unusable(*mesh);
   }
   progress.begin("measure");
