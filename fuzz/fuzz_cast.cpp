@@ -174,7 +174,7 @@ bool falls_below_0(const Mesh& mesh, const plain::Surface& surface, const Eigen:
 }
 
 void cast_bodies(Bytes& bytes) {
-  const rayrep::CheckedMesh checked = rayrep::check_mesh(fuzz::bodies(bytes));
+  const rayrep::CheckedMesh checked = rayrep::check_mesh(fuzz::bodies(bytes), {.unite = false});  // rays meet bodies in others
   if (!checked.report.usable) return;
   const rayrep::SurfaceQuery query(checked.mesh);
   rayrep::InnerDomainOptions options;

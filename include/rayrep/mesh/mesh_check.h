@@ -17,8 +17,7 @@ struct Defect {
   explicit operator bool() const { return count > 0; }
 };
 
-/// What first aid did to a surface that was not closed, or of bodies that overlap, see check_mesh. Lengths are in the unit of the
-/// mesh.
+/// What first aid did to a surface that was not closed, or whose bodies overlap; see check_mesh. Lengths are in the mesh's unit.
 struct FirstAidReport {
   std::size_t corners_joined = 0;
   double joined_within = 0;        ///< corners were at most so far apart
@@ -82,14 +81,15 @@ struct CheckedMesh {
 /// components touch along non-manifold edges), all coordinates are finite and the volume is positive. Overlapping
 /// closed components and self-intersections are allowed: the solid is where the winding number is positive.
 ///
-/// Closed components that overlap, facing outward, are made one by `combined`, theory.md (146): the outside is the same, the faces
-/// inside are gone, and vertices are float32 values if they were so before. Where that leaves triangles that cross, or the result
-/// is not the same solid, they are left as they are, and `notes` says so. What only touches, and a single component that crosses
-/// itself, is left as it is. Another surface that is closed is, too. One that is not gets first aid, theory.md (42), which guesses
-/// nothing: corners of open edges within 1e-5 of the diagonal are joined (within as little as helps; 1e-4 if no triangle is lost),
-/// triangles split at corners that lie on their open sides; sheets that bound nothing dropped; holes closed that are flat (to 1e-3
-/// of their size) or small (2 % of the diagonal), with `repair` all. If that does not close the surface the mesh is left as it was,
-/// and `refusal` says what is missing. The result does not depend on the order of the triangles.
+/// Closed components that face outward and overlap are made one by `combined`, theory.md (146): the outside is the same, the faces
+/// inside are gone, and vertices are float32 values if they all were. They are left as they are, and `notes` says so, where that
+/// leaves triangles that cross or another solid. What only touches is left, too, and a component that crosses itself alone.
+///
+/// Any other surface that is closed is left as it is. One that is not gets first aid, theory.md (42), which guesses nothing:
+/// corners of open edges within 1e-5 of the diagonal are joined (within as little as helps; 1e-4 if no triangle is lost), triangles
+/// split at corners that lie on their open sides; sheets that bound nothing dropped; holes closed that are flat (to 1e-3 of their
+/// size) or small (2 % of the diagonal), with `repair` all. If that does not close the surface the mesh is left as it was, and
+/// `refusal` says what is missing. The result does not depend on the order of the triangles.
 /// @throws Error{interrupted}
 CheckedMesh check_mesh(const Mesh& mesh, const CheckOptions& options = {}, const Progress& progress = {});
 
