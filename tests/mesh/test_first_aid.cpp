@@ -175,8 +175,7 @@ CheckedMesh expect_mended(const Mesh& broken, double expected_volume, double rel
 TEST(FirstAid, ClosedSurfacesPassBitForBit) {
   const CheckOptions without_aid{.first_aid = false};
   Random random(1);
-  std::vector<Mesh> meshes = {merged({box({0, 0, 0}, {2, 2, 2}), box({1, 1, 1}, {3, 3, 3})}),               // overlapping
-                              merged({box({0, 0, 0}, {2, 2, 2}), box({2, 0, 0}, {3, 2, 2})}),               // touching
+  std::vector<Mesh> meshes = {merged({box({0, 0, 0}, {2, 2, 2}), box({2, 0, 0}, {3, 2, 2})}),               // touching
                               merged({icosphere(2, 2), icosphere(2, 2)}),                                   // twice
                               hollow(hollow(icosphere(3, 2), icosphere(1, 1)), icosphere(0.5, 1)),          // shells in shells
                               hollow(box({0, 0, 0}, {1, 1, 1}), box({1e-7, 1e-7, 1e-7}, {0.5, 0.5, 0.5})),  // a very thin wall
