@@ -633,7 +633,7 @@ void unite(CheckedMesh& checked, const Progress& progress) {
   std::erase(report.notes, self_intersection_words(report.self_intersections));
   report.cavities = after.report.cavities;  // bodies may enclose one together
   report.first_aid.bodies_united = united.bodies;
-  report.notes.push_back(concat("First aid: ", who, ": taken as one, the faces inside it left out. ",
+  report.notes.push_back(concat("First aid: ", who, ": taken as one where they do, the faces inside left out. ",
                                 plural(checked.mesh.triangles.size(), "triangle", "triangles"), " before, ",
                                 after.mesh.triangles.size(), " after."));
   checked.mesh = std::move(after.mesh);
