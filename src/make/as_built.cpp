@@ -30,9 +30,16 @@ public:
     }
     steps_.push_back({c, D});
     if (n == 0) return D;
-    const Moments more = changes_of_D * least_squares(changes, (D - c).cwiseQuotient(unit_));
-    // Differences that are noise lead nowhere.
-    return more.cwiseQuotient(unit_).norm() < (D - c).cwiseQuotient(unit_).norm() ? Moments(D - more) : D;
+    const Eigen::VectorXd off = (D - c).cwiseQuotient(unit_);
+    const Eigen::VectorXd share = least_squares(changes, off);
+    const Moments more = changes_of_D * share;
+    // Differences that are noise lead nowhere. Where few of them explain all that is off, as where resin takes the place of the
+    // plastic that is left out, a long way does.
+    constexpr Eigen::Index kFew = 3;
+    constexpr double kExplained = 0.1;
+    constexpr double kLong = 50;
+    const bool explained = n <= kFew && (off - changes * share).norm() < kExplained * off.norm();
+    return more.cwiseQuotient(unit_).norm() < (explained ? kLong : 1) * off.norm() ? Moments(D - more) : D;
   }
 
 private:
@@ -42,6 +49,49 @@ private:
   };
   Moments unit_;
   std::vector<Step> steps_;
+};
+
+/// Where to go after each pass. A cut that is made anew may jump: where that made it worse, it is made anew on a part of the way
+/// from the best one, half of it, a quarter and so on, until what is made follows again. theory.md (141)
+class Way {
+public:
+  explicit Way(const AsBuilt& problem) : feedback_(problem.unit), start_(problem.start) {}
+
+  /// @param c  the correction with which a body was made that has D(c); not `smooth`: made anew
+  Moments next(const Moments& c, const Moments& D, double error, bool smooth) {
+    if (!smooth) feedback_.forget();
+    const Moments whole = feedback_.next(c, D);
+    const bool better = error < least_error_;
+    lost_ = !better && !smooth;
+    if (better) {
+      least_error_ = error;
+      best_ = c;
+      from_best_ = whole - c;
+      if (smooth) part_ = 1;
+    }
+    if (lost_) part_ /= 2;
+    return smooth ? whole : Moments(best_ + part_ * from_best_);
+  }
+
+  /// What was made last is nothing to follow.
+  bool lost() const { return lost_; }
+
+  Moments start_anew() {
+    feedback_.forget();
+    least_error_ = std::numeric_limits<double>::infinity();
+    part_ = 1;
+    lost_ = false;
+    return start_;
+  }
+
+private:
+  Feedback feedback_;
+  Moments start_;
+  Moments best_ = Moments::Zero();
+  Moments from_best_ = Moments::Zero();
+  double least_error_ = std::numeric_limits<double>::infinity();
+  double part_ = 1;
+  bool lost_ = false;
 };
 
 void keep(Made made, InteriorSolver::Solved& solved, HollowResult& result) {
@@ -65,15 +115,15 @@ Error unsolved(const SolveReport& report) {
 
 Moments solve_as_built(const AsBuilt& problem, InteriorSolver solver, Maker& maker, HollowResult& result,
                        const Progress& progress) {
-  Feedback feedback(problem.unit);
+  Way way(problem);
   Moments correction = problem.start;
   Moments best_correction = correction;
   result.as_built_error = std::numeric_limits<double>::infinity();
   double last_error = 0.1;
+  bool was_slow = false;
   const auto start_finer = [&] {
     if (!maker.refine()) return false;
-    feedback.forget();
-    correction = problem.start;
+    correction = way.start_anew();
     return true;
   };
   for (int pass = 1; pass <= problem.max_passes; ++pass) {
@@ -90,16 +140,22 @@ Moments solve_as_built(const AsBuilt& problem, InteriorSolver solver, Maker& mak
 
     progress.begin("mesh");
     const bool had_adapted = maker.adapted();
-    maker.make({solved.q, solved.price});
+    if (way.lost())
+      maker.make_anew({solved.q, solved.price});
+    else
+      maker.make({solved.q, solved.price});
     double e = problem.error(maker.moments());
     // A mesh that follows cannot tear, close or show what the quadric does away from it: where it folds it is made anew, and where
-    // the error stays, if there is a pass left to make up for the change.
-    const bool useless = had_adapted && e > 0.9 * last_error && pass < problem.max_passes;
+    // the error stays, or falls slowly twice, if there is a pass left to make up for the change; as little as cuts differ by anyhow
+    // may stay.
+    constexpr double kOfCuts = 2e-5;
+    const bool slow = had_adapted && e > std::max(0.9 * last_error, kOfCuts);
+    const bool useless = slow && (e > last_error || was_slow) && pass < problem.max_passes;
+    was_slow = slow;
     if (maker.adapted() && (useless || maker.spoilt())) {
       maker.make_anew({solved.q, solved.price});
       e = problem.error(maker.moments());
     }
-    if (!maker.adapted()) feedback.forget();
     if (e < result.as_built_error) {
       result.as_built_error = e;
       best_correction = correction;
@@ -110,7 +166,7 @@ Moments solve_as_built(const AsBuilt& problem, InteriorSolver solver, Maker& mak
     const bool stuck = !maker.adapted() && e > std::max(1e-3, 0.2 * last_error);
     last_error = e;
     if (stuck && start_finer()) continue;
-    correction = feedback.next(correction, correction + maker.moments() - solved.model);
+    correction = way.next(correction, correction + maker.moments() - solved.model, e, maker.adapted());
   }
   return best_correction;
 }

@@ -20,6 +20,8 @@ constexpr double kSpare_rad = 2 * std::numbers::pi / 180;
 /// So much more within two radii of the pillar, where a cone is bent most and chords along it are flatter than it.
 constexpr double kSpareBelow_rad = 8 * std::numbers::pi / 180;
 constexpr int kSides = 16;
+/// By so much more pillars keep away from holes that are planned than from those that are drilled, which may lie a little askew.
+constexpr double kSpare_mm = 0.3;
 /// By so much of half a cell roofs are lower at its corners than planes through its middle, at most, as they are bent.
 constexpr double kBent = 0.2;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -208,6 +210,13 @@ private:
     if (winding > 0) c.foot_mm = entered;
   }
 
+  /// Whether its pillar is out of the way of all holes. theory.md (142)
+  bool stands_clear(const Carrier& c) const {
+    const Rod pillar{{c.axis.x(), c.axis.y(), c.foot_mm}, {c.axis.x(), c.axis.y(), c.neck_mm}, shape_.radius_mm};
+    return std::all_of(how_.holes.begin(), how_.holes.end(),
+                       [&](const Rod& hole) { return gap_mm(pillar, hole) >= kClearOfPillars_mm + kSpare_mm; });
+  }
+
   /// A candidate with its top and foot, and what it is worth: roof carried over volume taken.
   double worth(Carrier& c, double reach_mm) const {
     double area_mm2 = 0;
@@ -216,7 +225,7 @@ private:
       area_mm2 += roofs_[n].area_mm2;
       c.top_mm = std::max(c.top_mm, roofs_[n].at.z() + roofs_[n].room_mm);
     });
-    if (area_mm2 == 0) return 0;
+    if (area_mm2 == 0 || !stands_clear(c)) return 0;
     double taken_mm = 0;
     around(c.axis, reach_of(c), [&](std::size_t ray, double distance_mm) {
       const double lo = shape_.underside_mm(c, distance_mm);
@@ -306,10 +315,24 @@ private:
     Carrier c;
     c.ray = ray;
     c.axis = cavity_.grid.at(ray);
-    c.neck_mm = shape_.neck_for(roof, c.axis);
-    set_foot(c);
-    worth(c, shape_.radius_mm);
+    const auto stand = [&](const Eigen::Vector2d& axis) {
+      c.axis = axis;
+      c.neck_mm = shape_.neck_for(roof, axis);
+      set_foot(c);
+      return stands_clear(c);
+    };
+    // Above a hole a cone beside it has to be wider.
+    const Eigen::Vector2d here = c.axis;
+    constexpr int kAround = 12;
+    for (int k = 0; !stand(here + beside(k / kAround, k % kAround, kAround)) && k < kAround * kAround;) ++k;
+    worth(c, (c.axis - here).norm() + shape_.radius_mm);
     take(c);
+  }
+
+  /// On rings around a point, as far apart as pillars are thick.
+  Eigen::Vector2d beside(int ring, int place, int places) const {
+    const double angle = 2 * std::numbers::pi * place / places;
+    return ring * shape_.radius_mm * Eigen::Vector2d(std::cos(angle), std::sin(angle));
   }
 
   /// The roofs that a carrier carries, whatever others do.
@@ -348,6 +371,14 @@ private:
     chosen_.resize(kept);
   }
 
+  bool may_stand(Carrier c, const Eigen::Vector2d& beside, double neck_mm) const {
+    if (how_.holes.empty()) return true;
+    c.axis += beside;
+    c.neck_mm = neck_mm;
+    set_foot(c);
+    return stands_clear(c);
+  }
+
   /// The carrier of these roofs with the highest neck, its axis on a ray not far from where it was.
   Carrier smallest(Carrier c, const std::vector<std::uint32_t>& roofs) const {
     const auto neck_at = [&](const Eigen::Vector2d& axis) {
@@ -360,7 +391,7 @@ private:
       bool any = false;
       for (const Eigen::Vector2d& to :
            {Eigen::Vector2d(1, 0), Eigen::Vector2d(-1, 0), Eigen::Vector2d(0, 1), Eigen::Vector2d(0, -1)})
-        if (const double neck_mm = neck_at(c.axis + step_mm * to); neck_mm > c.neck_mm) {
+        if (const double neck_mm = neck_at(c.axis + step_mm * to); neck_mm > c.neck_mm && may_stand(c, step_mm * to, neck_mm)) {
           c.axis += step_mm * to;
           c.neck_mm = neck_mm;
           any = true;

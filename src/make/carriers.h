@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "make/rod.h"
 #include "rayrep/physics/moments.h"
 #include "rays/kept_solid.h"
 
@@ -17,6 +18,7 @@ struct Carrying {
   double room_mm = 1.2;           ///< so much higher roofs that are not the inner domain's may come to lie yet
   double spacing_mm = 0.5;        ///< of the rays on which roofs are looked for
   std::optional<Moments> within;  ///< of the inner domain only where q.phi > 0; none: all of it
+  std::vector<Rod> holes = {};    ///< that will be drilled: no pillar stands in their way
 
   /// Of pillars, with what chords of their mesh may cut off (1/60 of the wall).
   double radius_mm() const { return 0.5 * pillar_mm + wall_mm / 60; }

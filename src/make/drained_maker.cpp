@@ -14,6 +14,12 @@ namespace {
 constexpr double kApart_mm = 5;  // on the bed
 constexpr int kMostFinds = 3;
 
+std::vector<Rod> pillars_of(const HollowOptions& options) {
+  std::vector<Rod> pillars;
+  for (const Mesh& bone : options.pillars) pillars.push_back(pillar_of(bone, options.pillar_clearance_mm));
+  return pillars;
+}
+
 }  // namespace
 
 DrainedMaker::DrainedMaker(std::unique_ptr<Maker> cavities, const Body& body, const Spec& spec, const HollowOptions& options,
@@ -24,7 +30,7 @@ DrainedMaker::DrainedMaker(std::unique_ptr<Maker> cavities, const Body& body, co
       options_(options),
       progress_(progress),
       float32_(is_float32(body.outer)),
-      places_(body, spec, triangles_of(rooms_of(options.fixed))),
+      places_(body, spec, triangles_of(rooms_of(options.fixed)), pillars_of(options)),
       fixed_(moment_map(body.to_working) * fixed_moments(options.fixed, print_of(spec).density_g_cm3)) {}
 
 void DrainedMaker::make(const Switching& switching) {

@@ -128,7 +128,7 @@ double DrainPlaces::Cavity::height_with(double share, const Eigen::Vector3d& up)
   return 0.5 * (lo + hi);
 }
 
-DrainPlaces::DrainPlaces(const Body& body, const Spec& spec, std::size_t rooms)
+DrainPlaces::DrainPlaces(const Body& body, const Spec& spec, std::size_t rooms, std::vector<Rod> pillars)
     : body_(body),
       spec_(spec),
       drains_(print_of(spec).drains),
@@ -138,7 +138,8 @@ DrainPlaces::DrainPlaces(const Body& body, const Spec& spec, std::size_t rooms)
       from_working_(body.to_working.inverse()),
       outside_(combined({&body.outer, 1}).mesh),
       first_of_rooms_(static_cast<int>(outside_.mesh().triangles.size() - rooms)),
-      reach_mm_(2 * body.diagonal_mm) {
+      reach_mm_(2 * body.diagonal_mm),
+      pillars_(std::move(pillars)) {
   refuse_own_cavities(without_last(body.outer, rooms));
   std::visit([this](const auto& s) { add_bound(s); }, spec);
 }
@@ -231,9 +232,17 @@ bool DrainPlaces::keeps_in_the_wall(const DrainHole& hole, const Cavity& cavity)
   return true;
 }
 
+/// Else what stands on it would begin in mid-air.
+bool DrainPlaces::is_clear_of_pillars(const DrainHole& hole) const {
+  const Rod drilled = hole.rod(radius_mm_);
+  return std::all_of(pillars_.begin(), pillars_.end(),
+                     [&](const Rod& pillar) { return gap_mm(drilled, pillar) >= kClearOfPillars_mm; });
+}
+
 std::string DrainPlaces::wrong_with(const DrainHole& hole, const Cavity& cavity) const {
   if (std::string outside = out_of_bounds(hole); !outside.empty()) return outside;
   if (!has_a_mouth(hole)) return "the outside is too bent there, or something is in front of it";
+  if (!is_clear_of_pillars(hole)) return "it would go through a pillar that carries a roof (--self-supporting)";
   if (!keeps_in_the_wall(hole, cavity)) return "it would come out at another place, or leave less than the wall there";
   return {};
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "make/body.h"
+#include "make/rod.h"
 #include "physics/trapped.h"
 #include "rayrep/mesh/surface_query.h"
 #include "rayrep/physics/spec.h"
@@ -20,6 +21,7 @@ struct DrainHole {
   double length_mm = 0;                                ///< from the mouth to its end
   bool inside = false;                                 ///< it leads into another cavity
   Eigen::Vector3d inner_mm() const { return mouth_mm - wall_mm * outward; }
+  Rod rod(double radius_mm) const { return {mouth_mm, mouth_mm - length_mm * outward, radius_mm}; }
 };
 
 /// What is drilled: a prism of this radius, facing outward, from well outside the mouth to the hole's end.
@@ -31,8 +33,9 @@ public:
   using Drilled = std::function<Mesh(const std::vector<DrainHole>&)>;
 
   /// Keeps references. @param spec  filled in: waterline, axis, contact point
-  /// @param rooms  so many of the last triangles of Body::outer are of rooms for what is fixed in it
-  DrainPlaces(const Body& body, const Spec& spec, std::size_t rooms);
+  /// @param rooms    so many of the last triangles of Body::outer are of rooms for what is fixed in it
+  /// @param pillars  that holes keep clear of
+  DrainPlaces(const Body& body, const Spec& spec, std::size_t rooms, std::vector<Rod> pillars);
 
   /// The holes asked for: at the places given, or for each cavity where it drains and where air comes in, and more while something
   /// would stay in it.
@@ -88,6 +91,7 @@ private:
   std::string wrong_with(const DrainHole& hole, const Cavity& cavity) const;
   std::string out_of_bounds(const DrainHole& hole) const;
   bool has_a_mouth(const DrainHole& hole) const;
+  bool is_clear_of_pillars(const DrainHole& hole) const;
   bool keeps_in_the_wall(const DrainHole& hole, const Cavity& cavity) const;
   double longest_mm() const { return 6 * wall_mm_ + 2 * drains_.diameter_mm; }  ///< a hole through so much is none through a wall
   double stays_mm3(const Mesh& drilled, std::vector<Pool>& pools) const;
@@ -122,6 +126,7 @@ private:
   double reach_mm_;  ///< a radius within which everything is found
   bool balanced_ = false;
   std::vector<Bound> bounds_;
+  std::vector<Rod> pillars_;
   std::vector<Cavity> cavities_;
 };
 

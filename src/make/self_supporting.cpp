@@ -55,6 +55,7 @@ public:
         body_(body) {}
 
   KeptSolid solid() const { return {surface_, body_.kept_from()}; }
+  Eigen::Vector3d of_given(const Eigen::Vector3d& p) const { return turn_ * (body_.to_working * p); }
   /// The same function of the point.
   Moments quadric(const Moments& q) const { return moment_map(turn_.inverse()).transpose() * q; }
   Mesh in_given_frame(const Mesh& mesh) const { return transformed(mesh, body_.to_working.inverse() * turn_.inverse()); }
@@ -105,10 +106,28 @@ bool carries_itself(const Planned& planned, const Wanted& wanted) {
   return carries_itself(PrintFrame(body, wanted.direction).quadric(planned.solved.q), wanted.angle_rad, body.size_mm);
 }
 
+/// Holes where they were asked for, straight through the wall and as far into the cavity as they are wide.
+std::vector<Rod> holes_in(const Body& body, const Drains& drains, double wall_mm, const PrintFrame& frame) {
+  std::vector<Rod> holes;
+  if (drains.where != Drains::Where::given) return holes;
+  const SurfaceQuery outside(body.outer);
+  for (const Eigen::Vector3d& p : drains.points_mm) {
+    const ClosestPoint mouth = outside.closest(p, 2 * body.diagonal_mm + (p - body.outer.vertices.front()).norm());
+    const Eigen::Vector3d& corner = body.outer.corner(static_cast<std::size_t>(mouth.triangle), 0);
+    const Eigen::Vector3d outward = (body.outer.corner(static_cast<std::size_t>(mouth.triangle), 1) - corner)
+                                        .cross(body.outer.corner(static_cast<std::size_t>(mouth.triangle), 2) - corner)
+                                        .normalized();
+    const Eigen::Vector3d end = mouth.point_mm - (wall_mm + 0.5 * drains.diameter_mm) * outward;
+    holes.push_back({frame.of_given(mouth.point_mm), frame.of_given(end), 0.5 * drains.diameter_mm});
+  }
+  return holes;
+}
+
 /// What carries the roofs of a plan's cavity.
-Carriers carriers_of(const Planned& planned, const Wanted& wanted, const Carrying& how, const Progress& progress) {
+Carriers carriers_of(const Planned& planned, const Wanted& wanted, Carrying how, const Progress& progress) {
   progress.begin("domain");
   const PrintFrame frame(*planned.plan.body, wanted.direction);
+  how.holes = holes_in(*planned.plan.body, print_of(wanted.spec).drains, how.wall_mm, frame);
   Carriers found = carriers(frame.solid(), how, progress);
   for (Mesh& bone : found.bones) bone = frame.in_given_frame(bone);
   return found;
@@ -236,10 +255,11 @@ void tell(const Planned& all, const Slimmed& slim, const Print& print, HollowRes
   Record record = {
       {"angle_deg", print.self_supporting_deg}, {"carriers", static_cast<double>(slim.carriers)}, {"inner_domain_kept", kept}};
   const std::string price = tell_price(all, slim, record);
-  result.proof.push_back("its roofs rise at least " + degrees_words(print) +
-                         (slim.carriers == 0 ? std::string(" as they are")
-                                             : ": " + plural(slim.carriers, "cone on a pillar carries", "cones on pillars carry") +
-                                                   " them, and take " + number(100 * (1 - kept), 1) + " % of the room inside") +
+  const std::string flatter = "roofs that would rise less than " + degrees_words(print);
+  result.proof.push_back((slim.carriers == 0
+                              ? "it has no " + flatter
+                              : plural(slim.carriers, "cone on a pillar carries ", "cones on pillars carry ") + flatter +
+                                    ", and take " + number(100 * (1 - kept), 1) + " % of the room inside") +
                          price);
   result.proof_figures.push_back({.name = "self_supporting", .words = "", .value = record});
 }
@@ -307,9 +327,10 @@ Plan plan_self_supporting(const Mesh& solid, const Spec& spec, const HollowOptio
 
 HollowResult hollow_self_supporting(const Mesh& solid, const Spec& spec, const HollowOptions& options, const Progress& progress) {
   Found way = found(solid, spec, options, progress);
-  way.slim.options.max_passes *= 2;  // with many cones cuts are made anew more often, each mended in its own way
+  way.slim.options.max_passes *= 3;  // with many cones cuts are made anew more often, each mended in its own way
   HollowResult result = carry_out(way.slim.planned.plan, way.slim.options, progress);
-  print_of(result.spec) = print_of(way.spec);
+  print_of(result.spec).self_supporting_deg = print_of(way.spec).self_supporting_deg;
+  print_of(result.spec).direction = print_of(way.spec).direction;
   tell(way.all, way.slim, print_of(spec), result);
   return result;
 }

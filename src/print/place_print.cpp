@@ -3,7 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
+#include <numeric>
 #include <vector>
 
 #include "base/text.h"
@@ -37,6 +39,8 @@ Pair section_like(const PrintedLayer& layer, const std::vector<SectionLoop>& loo
   }
   return pair;
 }
+
+double size_error_mm(const Pair& pair) { return (pair.print->size_mm - pair.size_mm).cwiseAbs().maxCoeff(); }
 
 struct Weighted {
   double value;
@@ -87,13 +91,68 @@ std::optional<double> turn_seen(const std::vector<Pair>& pairs) {
   return std::atan2(across, along);
 }
 
+constexpr double kMostArea = 0.05;  // relative
+constexpr double kMost_mm = 0.5;
+
+/// Where the mesh comes to lie with its plan, and how well it fits there.
+void compare(const std::vector<Pair>& pairs, const std::optional<Eigen::Vector2d>& told_mm, Eigen::Vector2d& shift,
+             PrintPlacement& placed) {
+  for (int k = 0; k < 2 && !told_mm; ++k)
+    shift[k] = quantile_of(pairs, 0.5, [k](const Pair& pair) { return pair.print->centroid_mm[k] - pair.centroid_mm[k]; });
+  double print_area = 0;
+  double difference = 0;
+  double mesh_area = 0;
+  for (const Pair& pair : pairs) {
+    difference += std::abs(pair.print->area_mm2 - pair.area_mm2);
+    mesh_area += pair.area_mm2;
+    print_area += pair.print->area_mm2;
+  }
+  placed.layers = pairs.size();
+  placed.area_error = difference / std::max(mesh_area, 1e-9 * print_area);
+  placed.size_error_mm = quantile_of(pairs, 0.5, size_error_mm);
+  placed.centre_error_mm =
+      quantile_of(pairs, 0.75, [&shift](const Pair& pair) { return (pair.print->centroid_mm - pair.centroid_mm - shift).norm(); });
+}
+
+bool fits(const PrintPlacement& placed) {
+  return placed.area_error <= kMostArea && placed.size_error_mm <= kMost_mm && placed.centre_error_mm <= kMost_mm;
+}
+
+/// As wide and deep as the mesh there, but enclosing less: its outline goes in through a hole.
+bool is_opened(const Pair& pair) {
+  return pair.print->area_mm2 < (1 - kMostArea) * pair.area_mm2 && size_error_mm(pair) <= kMost_mm;
+}
+
+/// Those that no hole opens; all of them where that would be less than half.
+std::vector<Pair> closed_ones(const std::vector<Pair>& pairs) {
+  std::vector<Pair> closed;
+  std::remove_copy_if(pairs.begin(), pairs.end(), std::back_inserter(closed), is_opened);
+  const auto area = [](const std::vector<Pair>& all) {
+    return std::accumulate(all.begin(), all.end(), 0.0, [](double sum, const Pair& pair) { return sum + pair.area_mm2; });
+  };
+  return area(closed) < 0.5 * area(pairs) ? pairs : closed;
+}
+
+/// Whether it would fit if holes opened some of its layers.
+bool looks_drilled(const std::vector<Pair>& pairs) {
+  PrintPlacement placed;
+  Eigen::Vector2d shift;
+  compare(closed_ones(pairs), {}, shift, placed);
+  return placed.layers < pairs.size() && fits(placed);
+}
+
 /// @param notes    of the print, which may say why
 /// @param degrees  that it was said to be turned by
 [[noreturn]] void refuse(const PrintPlacement& placed, const std::vector<Pair>& pairs, const std::vector<std::string>& notes,
                          double degrees) {
   constexpr double degree = std::numbers::pi / 180;
   std::string why;
-  if (const auto turn = turn_seen(pairs); turn && std::abs(*turn) > degree) {
+  if (looks_drilled(pairs)) {
+    why = concat(
+        " All but ", pairs.size() - closed_ones(pairs).size(),
+        " layers fit: in these the outline goes inside, as through a drilled hole. If it has holes, let 'verify' know (--drain "
+        "auto), or compare it with the mesh that was sliced, holes and all ('measure --of').");
+  } else if (const auto turn = turn_seen(pairs); turn && std::abs(*turn) > degree) {
     const std::string all = number(*turn / degree + degrees, 0);
     why = concat(" It looks turned on the bed by ", all,
                  " degrees: slice it without turning it, or let 'measure' or 'verify' know (--turned ", all, ").");
@@ -141,41 +200,24 @@ PrintPlacement place_print(const Printed& printed, const Mesh& mesh, const Place
     if (layer.z_mm - bottom_mm < layer.height_mm) continue;
     pairs.push_back(section_like(layer, sections.at(layer.z_mm - bottom_mm)));
   }
-  PrintPlacement placed;
-  placed.layers = pairs.size();
   if (pairs.empty() && !options.centre_mm)
     throw Error(
         ErrorCode::input,
         "The print shows no closed outlines by which the mesh could be found in it. 'measure' and 'verify' take where on the "
         "bed the middle of the mesh lies: --bed-center X,Y.");
+  const std::size_t all = pairs.size();
+  if (options.has_holes) pairs = closed_ones(pairs);
+  PrintPlacement placed;
+  placed.opened = all - pairs.size();
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();
-  if (options.centre_mm)
-    shift = *options.centre_mm - box.center().head<2>();
-  else
-    for (int k = 0; k < 2; ++k)
-      shift[k] = quantile_of(pairs, 0.5, [k](const Pair& pair) { return pair.print->centroid_mm[k] - pair.centroid_mm[k]; });
-
-  double print_area = 0;
-  double difference = 0;
-  double mesh_area = 0;
-  for (const Pair& pair : pairs) {
-    difference += std::abs(pair.print->area_mm2 - pair.area_mm2);
-    mesh_area += pair.area_mm2;
-    print_area += pair.print->area_mm2;
-  }
+  if (options.centre_mm) shift = *options.centre_mm - box.center().head<2>();
+  if (!pairs.empty()) compare(pairs, options.centre_mm, shift, placed);
   placed.to_mesh = (Eigen::Translation3d(shift.x(), shift.y(), bottom_mm) * to_bed).inverse(Eigen::Isometry);
   placed.s = moment_map(placed.to_mesh) * printed.body();
   if (pairs.empty()) return placed;
-  placed.area_error = difference / std::max(mesh_area, 1e-9 * print_area);
-  placed.size_error_mm =
-      quantile_of(pairs, 0.5, [](const Pair& pair) { return (pair.print->size_mm - pair.size_mm).cwiseAbs().maxCoeff(); });
-  placed.centre_error_mm =
-      quantile_of(pairs, 0.75, [&shift](const Pair& pair) { return (pair.print->centroid_mm - pair.centroid_mm - shift).norm(); });
-  constexpr double largest_area_error = 0.05;
-  constexpr double largest_error_mm = 0.5;
-  if (!(placed.area_error <= largest_area_error && placed.size_error_mm <= largest_error_mm &&
-        placed.centre_error_mm <= largest_error_mm))
-    refuse(placed, pairs, printed.notes, options.turned_rad * 180 / std::numbers::pi);
+  if (!fits(placed)) refuse(placed, pairs, printed.notes, options.turned_rad * 180 / std::numbers::pi);
+  if (placed.opened > 0)
+    placed.notes.push_back(concat("Holes open ", placed.opened, " of ", all, " layers: these were not compared with the mesh."));
   add_notes(printed, box.sizes().z(), placed);
   return placed;
 }

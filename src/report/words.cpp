@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 namespace rayrep::report_detail {
 namespace {
@@ -145,8 +146,25 @@ std::string value_text(const Criterion& c, double value) {
   return format("%.2e", value);
 }
 
-std::vector<std::string> notes_of(const HollowResult& hollow) {
+namespace {
+
+/// Where the last pass still missed what was asked for; a print that was sliced tells that of its slices.
+std::optional<std::string> missed_words(const HollowResult& hollow, double mass_g) {
+  const double asked = HollowOptions{}.as_built_tolerance;
+  const double missed = hollow.as_built_error;
+  if (!hollow.slices.empty() || !(missed > asked) || !std::isfinite(missed)) return std::nullopt;
+  const double diagonal_mm = bounding_box(hollow.delivery.body()).diagonal().norm();
+  return format(
+      "what is made misses what was asked for by %.1e of its mass or size after %d passes, not by %.0e as it should: "
+      "at most %.2g g of %.4g g, and %.2g mm. Another --resolution may come nearer",
+      missed, hollow.passes, asked, missed * mass_g, mass_g, missed * diagonal_mm);
+}
+
+}  // namespace
+
+std::vector<std::string> notes_of(const HollowResult& hollow, double mass_g) {
   std::vector<std::string> notes;
+  if (const auto missed = missed_words(hollow, mass_g)) notes.push_back(*missed);
   if (hollow.cast.bad > 0)
     notes.push_back(format("%zu of %zu rays did not close and were left solid", hollow.cast.bad, hollow.cast.rays));
   if (hollow.filled_cavities > 0)

@@ -47,7 +47,7 @@ std::string words_of(const Criterion& criterion);
 std::string value_text(const Criterion& criterion, double value);
 
 /// What came of the making beside the figures.
-std::vector<std::string> notes_of(const HollowResult& hollow);
+std::vector<std::string> notes_of(const HollowResult& hollow, double mass_g);
 
 /// What is proven, a sentence each. Of a duality gap only that it is closed, unless more is asked for.
 std::vector<std::string> proof_of(const HollowResult& hollow, bool verbose);

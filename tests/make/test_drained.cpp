@@ -204,6 +204,45 @@ TEST(Drained, CavitiesThatWereThereBeforeKeepWhatIsInThem) {
   EXPECT_GT(value_of(verify(delivered, &original, made.spec), "drains"), before_mm3 + 0.002);
 }
 
+double figure_of(const Verdict& verdict, const std::string& name) {
+  for (const Figure& figure : verdict.figures)
+    if (const double* value = std::get_if<double>(&figure.value); value && figure.name == name) return *value;
+  ADD_FAILURE() << name;
+  return -1;
+}
+
+/// Drilled and self-supporting: it meets its goal, and no hole takes the ground from under a pillar.
+void expect_carried(const Mesh& solid, Spec spec) {
+  print_of(spec).self_supporting_deg = 45;
+  const HollowResult made = hollow(solid, spec, as_stl(60));
+  EXPECT_LE(made.as_built_error, 1e-6);
+  const Verdict verdict = verify(made.delivery, &solid, made.spec);
+  EXPECT_TRUE(verdict.pass()) << ::testing::PrintToString(failed(verdict));
+  EXPECT_GE(holes_of(verdict).size(), 1u);
+  EXPECT_EQ(figure_of(verdict, "hanging_islands"), 0);
+  EXPECT_LT(figure_of(verdict, "roof_share"), 0.02);
+  EXPECT_LE(figure_of(verdict, "widest_bridge_mm"), 1.02 * print_of(spec).drains.diameter_mm);
+  EXPECT_GT(figure_of(verdict, "thinnest_pillar_mm"), 0.99 * print_of(spec).wall_mm);
+}
+
+TEST(Drained, HolesKeepClearOfPillars) {
+  FloatSpec floating = drained<FloatSpec>(true);
+  floating.print.wall_mm = 1.2;
+  floating.print.direction = Eigen::Vector3d::UnitX();
+  const Mesh larger = uv_ellipsoid(32, 24, 28, 48);
+  expect_carried(larger, floating);
+  floating.print.direction = Eigen::Vector3d::UnitZ();
+  expect_carried(larger, floating);
+  // Where pillars would stand, if they were not told.
+  floating.print.drains.where = Drains::Where::given;
+  floating.print.drains.points_mm = {{0, 0, 28}, {10, 3, 26}};
+  expect_carried(larger, floating);
+  StandSpec standing = drained<StandSpec>(false);
+  standing.print.wall_mm = 1.2;
+  standing.print.direction = Eigen::Vector3d::UnitY();
+  expect_carried(subdivided(box({-20, -15, 0}, {20, 15, 30}), 2), standing);
+}
+
 TEST(Drained, RefusesWhatItCannotDo) {
   FloatSpec spec = drained<FloatSpec>(true);
   spec.print.drains.where = Drains::Where::given;

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "judge/overhang.h"
@@ -37,6 +38,12 @@ double figure(const HollowResult& result, const char* name) {
       for (const auto& [key, value] : std::get<Record>(f.value))
         if (key == name) return std::get<double>(value);
   return -1;
+}
+
+bool says_what_hangs(const Verdict& verdict) {
+  return std::any_of(verdict.notes.begin(), verdict.notes.end(), [](const std::string& note) {
+    return mentions(note, {"Not all roofs", "45 degrees", "% of the cavities' surface is flatter", "--print-direction"});
+  });
 }
 
 TEST(Carriers, CarryEveryRoofThatIsTooFlat) {
@@ -78,8 +85,13 @@ TEST(SelfSupporting, AFloatMeetsItsGoalWithRoofsThatRise) {
   const Overhang found = overhang_of(result.delivery.body(), spec.up, 43);
   EXPECT_LT(found.roof_share, 0.01);
   EXPECT_EQ(found.islands, 0u);
+  EXPECT_FALSE(says_what_hangs(verdict));
   spec.print.self_supporting_deg = 0;
-  EXPECT_GT(overhang_of(hollow(solid, spec, quick()).delivery.body(), spec.up, 43).roof_share, 0.1);
+  const HollowResult flat = hollow(solid, spec, quick());
+  EXPECT_GT(overhang_of(flat.delivery.body(), spec.up, 43).roof_share, 0.1);
+  EXPECT_FALSE(says_what_hangs(verify(flat.delivery.body(), &solid, flat.spec)));
+  // A judge does not take the maker's word for it.
+  EXPECT_TRUE(says_what_hangs(verify(flat.delivery.body(), &solid, result.spec)));
   EXPECT_GT(figure(result, "carriers"), 5);
   EXPECT_GT(figure(result, "inner_domain_kept"), 0.7);
   EXPECT_LT(figure(result, "inner_domain_kept"), 0.95);

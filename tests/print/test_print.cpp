@@ -11,6 +11,7 @@
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
 #include "rayrep/make/hollow.h"
+#include "rayrep/mesh/boolean.h"
 #include "rayrep/mesh/mesh_check.h"
 #include "rayrep/mesh/section.h"
 #include "rayrep/print/place_print.h"
@@ -96,6 +97,25 @@ TEST(PlacePrint, AnotherBodyIsRefused) {
   EXPECT_TRUE(mentions(refusal(cut, mesh), {"cut off"}));
   EXPECT_TRUE(place_print(outlines_of(mesh, 0.2), mesh).notes.empty());
   EXPECT_FALSE(place_print(outlines_of(scaled(mesh, 1.01), 0.2), mesh).notes.empty());
+}
+
+TEST(PlacePrint, LayersThatHolesOpenAreNotHeldAgainstIt) {
+  const Mesh solid = leaning();
+  const std::vector<Mesh> cavity = {solid, scaled(solid, 0.8), box({-1.5, -40, -1.5}, {1.5, 0, 1.5})};
+  const Mesh drilled = combined(cavity, {BooleanOperation::subtract}).mesh;
+  const Eigen::Vector3d to(101.5, 88.25, -bounding_box(solid).min().z());
+  const Printed printed = outlines_of(moved(drilled, to), 0.2);
+  EXPECT_TRUE(mentions(refusal(printed, solid), {"as through a drilled hole", "--drain auto", "measure --of"}));
+  EXPECT_EQ(refusal(outlines_of(moved(drilled, to), 0.2), drilled), "");
+  const PrintPlacement placed = place_print(printed, solid, {.has_holes = true});
+  EXPECT_NEAR((placed.to_mesh.translation() + to).norm(), 0, 1e-9);
+  EXPECT_GT(placed.opened, 5U);
+  EXPECT_LT(placed.opened, placed.layers / 3);
+  EXPECT_EQ(placed.notes.size(), 1U);
+  // What is another body still is.
+  for (const Mesh& other : {scaled(solid, 1.1), scaled(solid, 0.9)})
+    EXPECT_THROW(place_print(outlines_of(other, 0.2), solid, {.has_holes = true}), Error);
+  EXPECT_FALSE(mentions(refusal(outlines_of(scaled(solid, 0.9), 0.2), solid), {"hole"}));
 }
 
 /// A program that behaves like a slicer in some way.

@@ -22,6 +22,7 @@ Measurement measured(const Options& options, const Mesh* mesh, const std::string
   if (mesh) {
     PlacePrintOptions placing = options.placing;
     placing.print_direction = print.direction.value_or(placing.print_direction);
+    placing.has_holes = print.drains.wanted();
     placing.turned_rad = options.turned_deg * std::numbers::pi / 180;
     result.placed = place_print(printed, *mesh, placing);
     result.mesh = mesh_name;

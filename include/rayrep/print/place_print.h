@@ -13,7 +13,11 @@ struct PlacePrintOptions {
   Eigen::Vector3d print_direction = Eigen::Vector3d::UnitZ();  ///< of the mesh, which is upward on the bed
   double turned_rad = 0;                                       ///< about that, on the bed, counter-clockwise
   /// Where on the bed the middle of the mesh's bounding box lies, as it was told to the slicer; none: found by the outlines.
-  std::optional<Eigen::Vector2d> centre_mm;
+  std::optional<Eigen::Vector2d> centre_mm = {};
+  /// Holes may lead from the outside into it, which `mesh` does not have: layers that a hole opens, whose outlines go in through
+  /// it, are told by enclosing less while they are as wide and deep, and are not compared; at most half of the print. theory.md
+  /// (143)
+  bool has_holes = false;
 };
 
 /// Where a mesh lies in the printer's coordinates, and how well its outlines fit there.
@@ -21,6 +25,7 @@ struct PrintPlacement {
   Eigen::Affine3d to_mesh = Eigen::Affine3d::Identity();  ///< from the printer's coordinates
   Moments s = Moments::Zero();  ///< of the body as it is laid down: unit density, in the frame of the mesh (mm^3, mm^4, mm^5)
   std::size_t layers = 0;       ///< that were compared
+  std::size_t opened = 0;       ///< that were not, as holes open them
   double area_error = 0;        ///< sum of the layers' differences of area over the sum of the mesh's areas
   double size_error_mm = 0;     ///< median difference of the layers' widths and depths
   double centre_error_mm = 0;   ///< of three quarters of the layers at most: distance of their centroids, once placed
