@@ -394,6 +394,21 @@ std::vector<DrainHole> DrainPlaces::for_cavity(const Cavity& cavity, const std::
   return holes;
 }
 
+/// To the nearest point of the cavity, or among cones to the nearest one to which there is nothing against it.
+std::optional<DrainHole> DrainPlaces::given_hole(const Eigen::Vector3d& mouth, const Eigen::Vector3d& inner,
+                                                 const Cavity& cavity) const {
+  const std::optional<DrainHole> nearest = hole_to(inner, mouth, cavity);
+  if (pillars_.empty() || (nearest && wrong_with(*nearest, cavity).empty())) return nearest;
+  std::vector<Eigen::Vector3d> ends = samples(cavity.mesh, 0.25 * drains_.diameter_mm);
+  std::erase_if(ends, [&](const Eigen::Vector3d& p) { return (p - mouth).norm() > longest_mm(); });
+  std::sort(ends.begin(), ends.end(), [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    return (a - mouth).squaredNorm() < (b - mouth).squaredNorm();
+  });
+  for (const Eigen::Vector3d& end : ends)
+    if (const auto hole = hole_to(end, mouth, cavity); hole && wrong_with(*hole, cavity).empty()) return hole;
+  return nearest;
+}
+
 std::vector<DrainHole> DrainPlaces::at_given_places() const {
   std::vector<DrainHole> holes;
   for (const Eigen::Vector3d& given : drains_.points_mm) {
@@ -407,11 +422,13 @@ std::vector<DrainHole> DrainPlaces::at_given_places() const {
       }
     const std::string name = "The hole at " + place(mouth) + " cannot be drilled";
     if (!nearest) throw Error(ErrorCode::usage, name + ": there is no cavity.");
-    const auto hole = hole_to(inner.point_mm, mouth, *nearest);
-    const ClosestPoint back = outside_.closest(inner.point_mm, inner.distance_mm);
-    if (!hole || inner.distance_mm > std::min(longest_mm(), back.distance_mm + drains_.diameter_mm))
-      throw Error(ErrorCode::usage, name + ": behind it is no cavity. The nearest one is " + number(inner.distance_mm, 2) +
-                                        " mm away, at " + place(inner.point_mm) + ", and holes are " + number(longest_mm(), 1) +
+    const auto hole = given_hole(mouth, inner.point_mm, *nearest);
+    const Eigen::Vector3d end = hole ? hole->inner_mm() : inner.point_mm;
+    const double away_mm = (end - mouth).norm();
+    const ClosestPoint back = outside_.closest(end, away_mm);
+    if (!hole || away_mm > std::min(longest_mm(), back.distance_mm + drains_.diameter_mm))
+      throw Error(ErrorCode::usage, name + ": behind it is no cavity. The nearest one is " + number(away_mm, 2) + " mm away, at " +
+                                        place(end) + ", and holes are " + number(longest_mm(), 1) +
                                         " mm long at most. From there the outside is nearest at " + place(back.point_mm) + ", " +
                                         number(back.distance_mm, 2) +
                                         " mm away: choose a place near that (--drain), or --drain auto.");

@@ -107,6 +107,7 @@ private:
                               const std::vector<DrainHole>& before) const;
   std::optional<DrainHole> opposite(const Candidate& one, const std::vector<Candidate>& all, const Cavity& cavity) const;
 
+  std::optional<DrainHole> given_hole(const Eigen::Vector3d& mouth, const Eigen::Vector3d& inner, const Cavity& cavity) const;
   std::vector<DrainHole> at_given_places() const;
   std::optional<DrainHole> passage(const Cavity& cavity) const;
   std::vector<DrainHole> drains_of(const Cavity& cavity, const std::vector<Candidate>& all,
