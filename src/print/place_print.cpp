@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <numbers>
@@ -184,22 +185,62 @@ void add_notes(const Printed& printed, double height_mm, PrintPlacement& placed)
     placed.notes.push_back(concat("The print ends ", number(missing_mm, 2), " mm below the top of the mesh."));
 }
 
+/// A mesh as it lies on the bed, and each layer of a print beside what it cuts out of it.
+struct Laid {
+  Eigen::Affine3d to_bed;
+  Eigen::AlignedBox3d box;
+  std::vector<Pair> pairs;
+};
+
+double bottom_of(const Printed& printed) { return std::isfinite(printed.bottom_mm) ? printed.bottom_mm : 0; }
+
+Laid laid(const Printed& printed, const Mesh& mesh, const PlacePrintOptions& options) {
+  Laid result;
+  result.to_bed = Eigen::AngleAxisd(options.turned_rad, Eigen::Vector3d::UnitZ()) * working_frame(mesh, options.print_direction);
+  const Mesh standing = transformed(with_merged_vertices(mesh), result.to_bed);
+  result.box = bounding_box(standing);
+  const MeshSections sections(standing);
+  for (const PrintedLayer& layer : printed.layers) {
+    // The first is pressed to the bed, and slicers shrink it against that.
+    const double height_mm = layer.z_mm - bottom_of(printed);
+    if (height_mm >= layer.height_mm) result.pairs.push_back(section_like(layer, sections.at(height_mm)));
+  }
+  return result;
+}
+
+/// With which of its axes upward it would fit, as an option; empty: none.
+std::string other_direction(const Printed& printed, const Mesh& mesh, PlacePrintOptions options) {
+  constexpr std::array<const char*, 6> kNames = {"z", "x", "y", "-x", "-y", "-z"};
+  const std::array<Eigen::Vector3d, 6> directions = {Eigen::Vector3d::UnitZ(),  Eigen::Vector3d::UnitX(),
+                                                     Eigen::Vector3d::UnitY(),  -Eigen::Vector3d::UnitX(),
+                                                     -Eigen::Vector3d::UnitY(), -Eigen::Vector3d::UnitZ()};
+  const Eigen::Vector3d said = options.print_direction.normalized();
+  for (std::size_t n = 0; n < directions.size(); ++n) {
+    if (directions[n].dot(said) > 1 - 1e-9) continue;
+    options.print_direction = directions[n];
+    PrintPlacement placed;
+    Eigen::Vector2d shift;
+    compare(closed_ones(laid(printed, mesh, options).pairs), {}, shift, placed);
+    if (fits(placed)) return kNames[n];
+  }
+  return {};
+}
+
+/// What may be the reason why it does not fit, beside what the outlines tell.
+std::vector<std::string> reasons(const Printed& printed, const Mesh& mesh, const PlacePrintOptions& options) {
+  std::vector<std::string> all = printed.notes;
+  if (const std::string direction = other_direction(printed, mesh, options); !direction.empty())
+    all.push_back(concat("It fits with ", direction,
+                         " upward: turn it in the slicer before slicing, or say how it was sliced (--print-direction ", direction,
+                         ")."));
+  return all;
+}
+
 }  // namespace
 
 PrintPlacement place_print(const Printed& printed, const Mesh& mesh, const PlacePrintOptions& options) {
-  Eigen::Affine3d to_bed = working_frame(mesh, options.print_direction);
-  to_bed = Eigen::AngleAxisd(options.turned_rad, Eigen::Vector3d::UnitZ()) * to_bed;
-  const Mesh standing = transformed(with_merged_vertices(mesh), to_bed);
-  const Eigen::AlignedBox3d box = bounding_box(standing);
-  const MeshSections sections(standing);
-
-  std::vector<Pair> pairs;
-  const double bottom_mm = std::isfinite(printed.bottom_mm) ? printed.bottom_mm : 0;
-  for (const PrintedLayer& layer : printed.layers) {
-    // The first is pressed to the bed, and slicers shrink it against that.
-    if (layer.z_mm - bottom_mm < layer.height_mm) continue;
-    pairs.push_back(section_like(layer, sections.at(layer.z_mm - bottom_mm)));
-  }
+  Laid mesh_laid = laid(printed, mesh, options);
+  std::vector<Pair>& pairs = mesh_laid.pairs;
   if (pairs.empty() && !options.centre_mm)
     throw Error(
         ErrorCode::input,
@@ -210,15 +251,15 @@ PrintPlacement place_print(const Printed& printed, const Mesh& mesh, const Place
   PrintPlacement placed;
   placed.opened = all - pairs.size();
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();
-  if (options.centre_mm) shift = *options.centre_mm - box.center().head<2>();
+  if (options.centre_mm) shift = *options.centre_mm - mesh_laid.box.center().head<2>();
   if (!pairs.empty()) compare(pairs, options.centre_mm, shift, placed);
-  placed.to_mesh = (Eigen::Translation3d(shift.x(), shift.y(), bottom_mm) * to_bed).inverse(Eigen::Isometry);
+  placed.to_mesh = (Eigen::Translation3d(shift.x(), shift.y(), bottom_of(printed)) * mesh_laid.to_bed).inverse(Eigen::Isometry);
   placed.s = moment_map(placed.to_mesh) * printed.body();
   if (pairs.empty()) return placed;
-  if (!fits(placed)) refuse(placed, pairs, printed.notes, options.turned_rad * 180 / std::numbers::pi);
+  if (!fits(placed)) refuse(placed, pairs, reasons(printed, mesh, options), options.turned_rad * 180 / std::numbers::pi);
   if (placed.opened > 0)
     placed.notes.push_back(concat("Holes open ", placed.opened, " of ", all, " layers: these were not compared with the mesh."));
-  add_notes(printed, box.sizes().z(), placed);
+  add_notes(printed, mesh_laid.box.sizes().z(), placed);
   return placed;
 }
 

@@ -221,6 +221,10 @@ std::string printing_text(const RunReport& report) {
         "at 100 % infill, with supports on the build plate only (automatic supports fill the cavity). A 3MF output (-o NAME.3mf) "
         "carries both";
   }
+  if (std::optional<Eigen::Vector3d> up = print.direction;
+      up && report.piece_outputs.empty() && up->normalized() != Eigen::Vector3d::UnitZ())
+    text += ". The file stands as it came: in the slicer turn it so that " +
+            shown(Setting{.name = "", .value = "", .words = "", .details = "", .place = direction_place("", *up)}) + " points up";
   if (report.outside) text += format(". %s is the outside that it has now", report.outside->path);
   if (!report.dense_output.empty())
     text += format(". %s is what is solid, %s what is sparse", report.dense_output, report.sparse_output);

@@ -70,9 +70,9 @@ TEST(PlacePrint, AMeshPrintedOnItsSideAndTurnedIsFoundWhenThatIsSaid) {
     ASSERT_NEAR((placed.to_mesh * bed.vertices[v] - mesh.vertices[v]).norm(), 0, 1e-6);
 }
 
-std::string refusal(const Printed& printed, const Mesh& mesh) {
+std::string refusal(const Printed& printed, const Mesh& mesh, const PlacePrintOptions& options = {}) {
   try {
-    place_print(printed, mesh);
+    place_print(printed, mesh, options);
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::input);
     return error.what();
@@ -116,6 +116,15 @@ TEST(PlacePrint, LayersThatHolesOpenAreNotHeldAgainstIt) {
   for (const Mesh& other : {scaled(solid, 1.1), scaled(solid, 0.9)})
     EXPECT_THROW(place_print(outlines_of(other, 0.2), solid, {.has_holes = true}), Error);
   EXPECT_FALSE(mentions(refusal(outlines_of(scaled(solid, 0.9), 0.2), solid), {"hole"}));
+}
+
+TEST(PlacePrint, TellsWhichWayUpWasSliced) {
+  const Mesh mesh = leaning();
+  EXPECT_TRUE(mentions(refusal(outlines_of(mesh, 0.2), mesh, {Eigen::Vector3d::UnitX()}),
+                       {"It fits with z upward", "--print-direction z"}));
+  const Mesh lying = rotated(mesh, up_to_z(-Eigen::Vector3d::UnitY()));
+  EXPECT_TRUE(mentions(refusal(outlines_of(lying, 0.2), mesh), {"It fits with -y upward", "--print-direction -y"}));
+  EXPECT_FALSE(mentions(refusal(outlines_of(scaled(mesh, 1.1), 0.2), mesh), {"It fits"}));
 }
 
 /// A program that behaves like a slicer in some way.
