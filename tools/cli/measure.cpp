@@ -48,8 +48,9 @@ Delivery delivery_of(MeshFile file, const std::optional<double>& percent_laid_do
 std::vector<Part> read_plugs(const std::filesystem::path& path) {
   MeshFile file = read_mesh(path);
   std::vector<Part> parts = std::move(file.modifiers);
-  if (!file.mesh.triangles.empty()) parts.push_back({.mesh = std::move(file.mesh), .role = Part::Role::plug});
   std::erase_if(parts, [](const Part& part) { return part.role != Part::Role::plug; });
+  // In a 3MF file they are beside the body.
+  if (parts.empty() && !file.mesh.triangles.empty()) parts.push_back({.mesh = std::move(file.mesh), .role = Part::Role::plug});
   return parts;
 }
 
