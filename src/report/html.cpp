@@ -266,7 +266,7 @@ Json told_of(const RunReport& report) {
   told["criteria"] = criteria_of(verdict);
   std::vector<std::string> notes = verdict.notes;
   if (report.hollow) {
-    const std::vector<std::string> more = notes_of(*report.hollow, verdict.body.mass_g);
+    const std::vector<std::string> more = notes_of(report);
     notes.insert(notes.end(), more.begin(), more.end());
     told["proof"] = proof_of(*report.hollow, false);
   }

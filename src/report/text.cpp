@@ -68,9 +68,9 @@ std::string criteria_text(const Verdict& verdict) {
 }
 
 /// What came of the making beside the figures.
-std::string making_text(const HollowResult& hollow, double mass_g) {
+std::string making_text(const RunReport& report) {
   std::string text;
-  for (const std::string& note : notes_of(hollow, mass_g)) text += "  note: " + note + "\n";
+  for (const std::string& note : notes_of(report)) text += "  note: " + note + "\n";
   return text;
 }
 
@@ -177,7 +177,7 @@ std::string to_text(const RunReport& report, bool verbose) {
   if (report.outside) text += "\n" + wrapped("note: " + report.outside->note);
   text += "\n" + verdict.headline + "\n\n";
   text += figures_text(report.hollow ? &report.before : nullptr, verdict.figures) + criteria_text(verdict);
-  if (report.hollow) text += making_text(*report.hollow, verdict.body.mass_g) + slices_text(*report.hollow);
+  if (report.hollow) text += making_text(report) + slices_text(*report.hollow);
   if (verbose) {
     if (report.hollow) text += solver_text(*report.hollow);
     for (const auto& [stage, seconds] : report.timings_s) text += format("  %-10s %8.3f s\n", stage, seconds);

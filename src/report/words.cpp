@@ -149,22 +149,23 @@ std::string value_text(const Criterion& c, double value) {
 namespace {
 
 /// Where the last pass still missed what was asked for; a print that was sliced tells that of its slices.
-std::optional<std::string> missed_words(const HollowResult& hollow, double mass_g) {
+std::optional<std::string> missed_words(const RunReport& report) {
   const double asked = HollowOptions{}.as_built_tolerance;
-  const double missed = hollow.as_built_error;
-  if (!hollow.slices.empty() || !(missed > asked) || !std::isfinite(missed)) return std::nullopt;
-  const double diagonal_mm = bounding_box(hollow.delivery.body()).diagonal().norm();
+  const double missed = report.hollow->as_built_error;
+  if (!report.hollow->slices.empty() || !(missed > asked) || !std::isfinite(missed)) return std::nullopt;
+  const double mass_g = report.after.body.mass_g;
   return format(
-      "what is made misses what was asked for by %.1e of its mass or size after %d passes, not by %.0e as it should: "
-      "at most %.2g g of %.4g g, and %.2g mm. Another --resolution may come nearer",
-      missed, hollow.passes, asked, missed * mass_g, mass_g, missed * diagonal_mm);
+      "after %d passes it still misses what was asked for by %.1e of its mass or size, and should by %.0e at most: by up to "
+      "%.2g g of %.4g g, or %.2g mm; another --resolution may come nearer",
+      report.hollow->passes, missed, asked, missed * mass_g, mass_g, missed * report.input.size_mm.norm());
 }
 
 }  // namespace
 
-std::vector<std::string> notes_of(const HollowResult& hollow, double mass_g) {
+std::vector<std::string> notes_of(const RunReport& report) {
+  const HollowResult& hollow = *report.hollow;
   std::vector<std::string> notes;
-  if (const auto missed = missed_words(hollow, mass_g)) notes.push_back(*missed);
+  if (const auto missed = missed_words(report)) notes.push_back(*missed);
   if (hollow.cast.bad > 0)
     notes.push_back(format("%zu of %zu rays did not close and were left solid", hollow.cast.bad, hollow.cast.rays));
   if (hollow.filled_cavities > 0)

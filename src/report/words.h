@@ -46,8 +46,8 @@ std::string words_of(const Criterion& criterion);
 /// A value or limit: few digits, and "-" for what is no number.
 std::string value_text(const Criterion& criterion, double value);
 
-/// What came of the making beside the figures.
-std::vector<std::string> notes_of(const HollowResult& hollow, double mass_g);
+/// What came of the making beside the figures; of a report with that.
+std::vector<std::string> notes_of(const RunReport& report);
 
 /// What is proven, a sentence each. Of a duality gap only that it is closed, unless more is asked for.
 std::vector<std::string> proof_of(const HollowResult& hollow, bool verbose);
