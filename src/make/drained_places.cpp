@@ -484,6 +484,7 @@ void DrainPlaces::drain_what_stays(const Drilled& drilled, std::vector<DrainHole
               "Held with " + held() + " up, as it is printed, " + number(stay_mm3 / 1000, 2) + " cm3 would stay in the cavities, " +
                   number(100 * stay_mm3 / room_mm3, 1) + " % of their room: no hole can be lower" + bounds_words() +
                   ". Print it the other way up (--print-direction)" + (drains_.plugged ? "" : ", close the holes again (--plug)") +
+                  (pillars_.empty() ? "" : ", drill narrower ones, which may pass between more pillars (--drain-diameter)") +
                   ", or say where they shall be and take what stays (--drain X,Y,Z).");
 }
 
