@@ -101,7 +101,7 @@ void measure(const Mesh& solid, const Spec& spec, Record& r) {
                                  .angle_rad = (kAngle_deg - 2) * kDegree};
   print.bed_mm = verify_detail::lowest_along(body, print.direction.normalized());
   const verify_detail::Overhang found = verify_detail::overhang(verify_detail::cavities_of(body), print);
-  r.more["roof share"] = found.roof_share;
+  r.more["roof share"] = found.roof_share();
   r.more["islands"] = static_cast<double>(found.islands);
   r.more["bridge_mm"] = found.bridge_mm;
   r.more["pillar_mm"] = found.pillar_mm.value_or(kUnknown);

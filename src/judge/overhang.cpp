@@ -11,12 +11,15 @@
 #include <optional>
 #include <queue>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/rotation.h"
 #include "base/union_find.h"
 #include "judge/figures.h"
+#include "mesh/shells.h"
 #include "rayrep/mesh/section.h"
+#include "rayrep/mesh/surface_query.h"
 #include "rayrep/physics/moments.h"
 
 namespace rayrep::verify_detail {
@@ -26,7 +29,7 @@ using Loops = std::vector<SectionLoop>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// The outline of the void in a layer, in cells of a grid.
+/// The outline of what is in a layer, in cells of a grid.
 class Outline {
 public:
   explicit Outline(const Loops& loops) {
@@ -47,7 +50,7 @@ public:
 
   const Eigen::AlignedBox2d& box() const { return box_; }
 
-  bool is_void(const Eigen::Vector2d& p) const {
+  bool contains(const Eigen::Vector2d& p) const {
     if (box_.isEmpty() || !box_.contains(p)) return false;
     bool inside = false;
     for (const int n : rows_.at(cell_of(p).y())) inside ^= sides_[static_cast<std::size_t>(n)].crosses_right_of(p);
@@ -142,25 +145,51 @@ private:
   Bins cells_, rows_;
 };
 
-/// Two layers, of which the upper one reaches out over the void of the lower one: by the largest distance of a point of its
-/// material from that void's outline.
+/// A layer: its rooms and its material. Where all rooms are closed, what is in none is material as far as it matters.
+class LayerShape {
+public:
+  explicit LayerShape(const Loops& rooms, const Loops* material = nullptr) : rooms_(rooms) {
+    if (material) material_.emplace(*material);
+  }
+
+  /// In which rooms lie; empty also where there is no material by which anything could be held.
+  Eigen::AlignedBox2d box() const { return material_ && material_->box().isEmpty() ? Eigen::AlignedBox2d() : rooms_.box(); }
+  bool is_room(const Eigen::Vector2d& p) const { return rooms_.contains(p); }
+  bool is_material(const Eigen::Vector2d& p) const { return material_ ? material_->contains(p) : !rooms_.contains(p); }
+  /// How far p is from the boundary of the material; where that is `least_mm` or more, no less than that.
+  double distance_mm(const Eigen::Vector2d& p, double least_mm = kInfinity) const {
+    return (material_ ? *material_ : rooms_).distance_mm(p, least_mm);
+  }
+  /// Whether no room is as near as that. Closed rooms are as near as the boundary of the material.
+  bool clear_of_rooms(const Eigen::Vector2d& p, double radius_mm) const {
+    return material_ && !rooms_.contains(p) && rooms_.distance_mm(p, radius_mm) >= radius_mm;
+  }
+
+private:
+  Outline rooms_;
+  std::optional<Outline> material_;
+};
+
+/// Two layers, of which the upper one reaches out over rooms of the lower one: by the largest distance of a point of its material
+/// from the lower one's.
 class OverVoid {
 public:
-  OverVoid(const Loops& lower, const Loops& upper) : lower_(lower), upper_(upper) {}
+  OverVoid(LayerShape lower, LayerShape upper) : lower_(std::move(lower)), upper_(std::move(upper)) {}
 
   /// At the farthest of these points.
   double reach_mm_at(const std::vector<Eigen::Vector2d>& points) const {
     double reach = 0;
+    if (lower_.box().isEmpty()) return reach;
     for (const Eigen::Vector2d& p : points)
-      if (lower_.is_void(p) && !upper_.is_void(p)) reach = std::max(reach, lower_.distance_mm(p));
+      if (lower_.is_room(p) && upper_.is_material(p)) reach = std::max(reach, lower_.distance_mm(p));
     return reach;
   }
 
   /// Everywhere, if it is more than `least_mm`. Branch and bound, to 2 % or `close_mm`.
   double reach_mm(double least_mm, double close_mm = 0.02) const {
-    if (lower_.box().isEmpty()) return 0;
+    const Eigen::AlignedBox2d box = lower_.box();
+    if (box.isEmpty()) return 0;
     Search search{least_mm, close_mm, {}};
-    const Eigen::AlignedBox2d& box = lower_.box();
     visit(search, box.center(), 0.5 * box.sizes().maxCoeff());
     while (!search.queue.empty()) {
       const Cell cell = search.queue.top();
@@ -189,17 +218,18 @@ private:
 
   void visit(Search& search, const Eigen::Vector2d& centre, double half) const {
     const double radius = std::numbers::sqrt2 * half;
-    const bool over_void = lower_.is_void(centre);
+    const bool held = lower_.is_material(centre);
     const double within = radius - search.enough();
-    if (!over_void && lower_.distance_mm(centre, within) >= within) return;
-    const bool is_void = upper_.is_void(centre);
-    if (is_void && upper_.distance_mm(centre, radius) >= radius) return;  // open all around
-    const double far = (over_void ? 1 : -1) * lower_.distance_mm(centre);
-    if (!is_void) search.best = std::max(search.best, far);
+    if (held && lower_.distance_mm(centre, within) >= within) return;
+    const bool is_open = !upper_.is_material(centre);
+    if (is_open && upper_.distance_mm(centre, radius) >= radius) return;
+    if (lower_.clear_of_rooms(centre, radius)) return;
+    const double far = (held ? -1 : 1) * lower_.distance_mm(centre);
+    if (!is_open && lower_.is_room(centre)) search.best = std::max(search.best, far);
     if (far + radius > search.enough()) search.queue.push({far + radius, half, centre});
   }
 
-  Outline lower_, upper_;
+  LayerShape lower_, upper_;
 };
 
 /// Whether some corner of another loop lies in this one.
@@ -235,9 +265,9 @@ public:
 
   const Loops& loops() const { return loops_; }
 
-  bool is_void(const Eigen::Vector2d& p) {
+  bool contains(const Eigen::Vector2d& p) {
     if (!outline_) outline_.emplace(loops_);
-    return outline_->is_void(p);
+    return outline_->contains(p);
   }
 
 private:
@@ -245,11 +275,15 @@ private:
   std::optional<Outline> outline_;
 };
 
+/// Whether none of these loops reaches into a piece.
+bool is_clear_of(const SectionLoop& piece, const Loops& loops) {
+  return std::none_of(loops.begin(), loops.end(), [&](const auto& l) { return any_in(piece, l) || cross(piece, l); });
+}
+
 /// Whether a piece has nothing but void in another layer.
 bool is_alone(const SectionLoop& piece, LazyOutline& other) {
-  return std::none_of(other.loops().begin(), other.loops().end(),
-                      [&](const auto& l) { return any_in(piece, l) || cross(piece, l); }) &&
-         std::all_of(piece.begin(), piece.end(), [&](const auto& p) { return other.is_void(p); });
+  return is_clear_of(piece, other.loops()) &&
+         std::all_of(piece.begin(), piece.end(), [&](const auto& p) { return other.contains(p); });
 }
 
 /// Twice the area over the circumference: of what is long its width.
@@ -281,12 +315,16 @@ struct Between {
   std::vector<char> ends;  ///< of each piece of the lower layer: there is nothing above it
 };
 
+double widest_circle_mm(const SectionLoop& piece) {
+  return 2 * OverVoid(LayerShape({piece}), LayerShape(Loops())).reach_mm(0, 1e-3);
+}
+
 Between between(const Loops& lower, const Loops& upper) {
   Between found;
   LazyOutline all_below(lower), all_above(upper);
   const std::vector<const SectionLoop*> below = pieces_in(lower);
   for (const SectionLoop* piece : pieces_in(upper)) {
-    found.upper.push_back({2 * OverVoid({*piece}, {}).reach_mm(0, 1e-3), is_alone(*piece, all_below), {}});
+    found.upper.push_back({widest_circle_mm(*piece), is_alone(*piece, all_below), {}});
     for (std::size_t n = 0; n < below.size(); ++n)
       if (any_in(*piece, *below[n]) || any_in(*below[n], *piece) || cross(*piece, *below[n])) found.upper.back().below.push_back(n);
   }
@@ -350,18 +388,16 @@ std::vector<FlatRoof> find_roofs(const Mesh& shells, double angle_rad, Overhang&
   // Roofs that are made at just this angle may be off by rounding.
   const double steepest = std::cos(angle_rad) * (1 + 1e-4);
   std::vector<FlatRoof> roofs;
-  double area_mm2 = 0;
   for (std::size_t t = 0; t < shells.triangles.size(); ++t) {
     const Eigen::Vector3d& a = shells.corner(t, 0);
     const Eigen::Vector3d& b = shells.corner(t, 1);
     const Eigen::Vector3d& c = shells.corner(t, 2);
     const Eigen::Vector3d twice = (b - a).cross(c - a);
-    area_mm2 += 0.5 * twice.norm();
+    found.surface_mm2 += 0.5 * twice.norm();
     if (-twice.z() <= steepest * twice.norm()) continue;
     found.roof_mm2 += 0.5 * twice.norm();
     roofs.push_back({std::min({a.z(), b.z(), c.z()}), std::max({a.z(), b.z(), c.z()}), 0.5 * twice.norm(), (a + b + c) / 3});
   }
-  found.roof_share = area_mm2 > 0 ? found.roof_mm2 / area_mm2 : 0;
   return roofs;
 }
 
@@ -413,9 +449,15 @@ std::vector<Between> pieces_of(const std::vector<Loops>& loops, const Progress& 
   return pieces;
 }
 
+/// Layers one upon the other; `material` is empty where all rooms are closed.
+struct Stack {
+  std::vector<Loops> rooms;
+  std::vector<Loops> material;
+  LayerShape shape(std::size_t n) const { return LayerShape(rooms[n], material.empty() ? nullptr : &material[n]); }
+};
+
 /// The largest reach_mm of these layers and the next ones.
-double farthest_reach_mm(const std::vector<Loops>& loops, const std::vector<FlatLayer>& under, double least_mm,
-                         const Progress& progress) {
+double farthest_reach_mm(const Stack& stack, const std::vector<FlatLayer>& under, double least_mm, const Progress& progress) {
   constexpr std::size_t at_once = 32;
   std::vector<std::optional<OverVoid>> pairs(at_once);
   std::vector<double> reach(at_once, 0);
@@ -428,7 +470,7 @@ double farthest_reach_mm(const std::vector<Loops>& loops, const std::vector<Flat
       best = std::max(best, *std::max_element(reach.begin(), reach.begin() + static_cast<std::ptrdiff_t>(count)));
     };
     for_all([&](const FlatLayer& layer, std::optional<OverVoid>& pair) {
-      pair.emplace(loops[layer.place], loops[layer.place + 1]);
+      pair.emplace(stack.shape(layer.place), stack.shape(layer.place + 1));
       return pair->reach_mm_at(layer.points);
     });
     for_all([&](const FlatLayer&, const std::optional<OverVoid>& pair) { return pair->reach_mm(best); });
@@ -436,13 +478,65 @@ double farthest_reach_mm(const std::vector<Loops>& loops, const std::vector<Flat
   return best;
 }
 
+/// Half the widest bridge under these roofs.
+double bridged_mm(const Stack& stack, const std::vector<FlatLayer>& under, const PrintedUp& print, const Progress& progress) {
+  return farthest_reach_mm(stack, under, print.layer_mm / std::tan(print.angle_rad), progress);
+}
+
+/// Pieces of a layer's material that lie over rooms alone.
+std::size_t hanging_over_rooms(const Loops& rooms, const Loops& material, const Loops& above) {
+  LazyOutline room(rooms), held(material);
+  const std::vector<const SectionLoop*> pieces = pieces_in(above);
+  return static_cast<std::size_t>(std::count_if(pieces.begin(), pieces.end(), [&](const SectionLoop* piece) {
+    return std::any_of(piece->begin(), piece->end(), [&](const auto& p) { return room.contains(p); }) &&
+           std::none_of(piece->begin(), piece->end(), [&](const auto& p) { return held.contains(p); }) &&
+           is_clear_of(*piece, material);
+  }));
+}
+
+/// Of a surface that is turned with it.
+Mesh upright(Mesh mesh, const PrintedUp& print) {
+  const Eigen::Quaterniond turn = rotation_between(print.direction, Eigen::Vector3d::UnitZ());
+  for (Eigen::Vector3d& v : mesh.vertices) v = turn * v;
+  return mesh;
+}
+
+/// The triangles of a piece that lie on rooms.
+Mesh inside_of(const Mesh& piece, const Mesh& rooms) {
+  const double rounding_mm = 1e-6 * bounding_box(piece).diagonal().norm();
+  const SurfaceQuery surface(rooms);
+  Mesh inside;
+  inside.vertices = piece.vertices;
+  for (std::size_t t = 0; t < piece.triangles.size(); ++t)
+    if (surface.closest((piece.corner(t, 0) + piece.corner(t, 1) + piece.corner(t, 2)) / 3, rounding_mm).triangle >= 0)
+      inside.triangles.push_back(piece.triangles[t]);
+  return inside;
+}
+
+/// Of its triangles, whatever vertices it has.
+std::pair<double, double> heights_of(const Mesh& mesh) {
+  std::pair<double, double> heights{kInfinity, -kInfinity};
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      heights.first = std::min(heights.first, mesh.corner(t, k).z());
+      heights.second = std::max(heights.second, mesh.corner(t, k).z());
+    }
+  return heights;
+}
+
+/// What its shells that face inward enclose.
+double sealed_mm3(const Mesh& mesh) {
+  const Components shells = connected_components(mesh);
+  double sealed = 0;
+  for (const double volume : shell_volumes(mesh, shells.of_triangle, shells.count)) sealed += std::max(0.0, -volume);
+  return sealed;
+}
+
 }  // namespace
 
 Overhang overhang(const Mesh& cavities, const PrintedUp& print, const Progress& progress) {
   Overhang found;
-  Mesh shells = cavities;
-  const Eigen::Quaterniond upright = rotation_between(print.direction, Eigen::Vector3d::UnitZ());
-  for (Eigen::Vector3d& v : shells.vertices) v = upright * v;
+  const Mesh shells = upright(cavities, print);
   const std::vector<FlatRoof> roofs = find_roofs(shells, print.angle_rad, found);
   found.sealed_mm3 = -mesh_moments(shells)[M1];
   if (shells.triangles.empty()) return found;
@@ -451,29 +545,65 @@ Overhang overhang(const Mesh& cavities, const PrintedUp& print, const Progress& 
   const Eigen::AlignedBox3d box = bounding_box(shells);
   const int first = layers.last_below(box.min().z());
   const int last = layers.last_below(box.max().z());
-  const std::vector<Loops> loops = sections_of(shells, layers, first, last + 1, progress);
-  const std::vector<Between> pieces = pieces_of(loops, progress);
+  const Stack stack{sections_of(shells, layers, first, last + 1, progress), {}};
+  const std::vector<Between> pieces = pieces_of(stack.rooms, progress);
   for (const Between& layer : pieces)
     found.islands += static_cast<std::size_t>(
         std::count_if(layer.upper.begin(), layer.upper.end(), [](const Piece& piece) { return piece.hangs; }));
   found.pillar_mm = thinnest_pillar_mm(pieces);
-  const double carried_mm = print.layer_mm / std::tan(print.angle_rad);
-  found.bridge_mm = 2 * farthest_reach_mm(loops, layers_under(roofs, layers, first, last), carried_mm, progress);
+  found.bridge_mm = 2 * bridged_mm(stack, layers_under(roofs, layers, first, last), print, progress);
   return found;
 }
 
-Figures figures_of(const Overhang& overhang, const PrintedUp& print) {
-  const Eigen::Vector3d direction = print.direction.normalized();
+Overhang overhang_in_piece(const Mesh& piece, const Mesh& rooms, const PrintedUp& print, const Progress& progress) {
+  Overhang found;
+  found.sealed_mm3 = sealed_mm3(piece);
+  if (rooms.triangles.empty()) return found;
+  const Mesh standing = upright(piece, print);
+  const Mesh voids = upright(rooms, print);
+  const Mesh inside = inside_of(standing, voids);
+  const std::vector<FlatRoof> roofs = find_roofs(inside, print.angle_rad, found);
+  if (inside.triangles.empty()) return found;
+
+  const Layers layers{print.bed_mm, print.layer_mm};
+  const auto [lowest_mm, highest_mm] = heights_of(inside);
+  const int first = std::max(0, layers.last_below(lowest_mm));  // what is on the bed is held by it
+  const int last = layers.last_below(highest_mm);
+  if (last < first) return found;
+  const Stack stack{sections_of(voids, layers, first, last + 1, progress),
+                    sections_of(standing, layers, first, last + 1, progress)};
+  const auto pairs = stack.rooms.size() - 1;
+  std::vector<std::size_t> islands(pairs, 0);
+  tbb::parallel_for(std::size_t{0}, pairs, [&](std::size_t n) {
+    islands[n] = hanging_over_rooms(stack.rooms[n], stack.material[n], stack.material[n + 1]);
+  });
+  found.islands = std::accumulate(islands.begin(), islands.end(), std::size_t{0});
+  found.bridge_mm = 2 * bridged_mm(stack, layers_under(roofs, layers, first, last), print, progress);
+  return found;
+}
+
+double Overhang::roof_share() const { return surface_mm2 > 0 ? roof_mm2 / surface_mm2 : 0; }
+
+Overhang& Overhang::operator+=(const Overhang& other) {
+  surface_mm2 += other.surface_mm2;
+  roof_mm2 += other.roof_mm2;
+  bridge_mm = std::max(bridge_mm, other.bridge_mm);
+  islands += other.islands;
+  sealed_mm3 += other.sealed_mm3;
+  if (other.pillar_mm) pillar_mm = std::min(pillar_mm.value_or(kInfinity), *other.pillar_mm);
+  return *this;
+}
+
+Figures roof_figures(const Overhang& overhang, const PrintedUp& print) {
   const bool begins = overhang.islands > 0;
-  Figures figures = {{.name = "print_direction", .words = "", .value = list(direction)},
-                     {.name = "roof_angle_rad", .words = "", .unit = Unit::rad, .value = print.angle_rad},
+  Figures figures = {{.name = "roof_angle_rad", .words = "", .unit = Unit::rad, .value = print.angle_rad},
                      {.name = "layer_mm", .words = "", .unit = Unit::mm, .value = print.layer_mm},
                      {.name = "roof_mm2",
                       .words = "cavity roofs flatter than 45 degrees",
                       .unit = Unit::mm2,
                       .value = overhang.roof_mm2,
                       .digits = 1},
-                     {.name = "roof_share", .words = "of the cavities' surface", .value = overhang.roof_share},
+                     {.name = "roof_share", .words = "of the cavities' surface", .value = overhang.roof_share()},
                      {.name = "widest_bridge_mm",
                       .words = "widest bridge there in one layer",
                       .unit = Unit::mm,
@@ -490,6 +620,12 @@ Figures figures_of(const Overhang& overhang, const PrintedUp& print) {
                        .unit = Unit::mm,
                        .value = *overhang.pillar_mm,
                        .digits = 2});
+  return figures;
+}
+
+Figures figures_of(const Overhang& overhang, const PrintedUp& print) {
+  Figures figures = {{.name = "print_direction", .words = "", .value = list(Eigen::Vector3d(print.direction.normalized()))}};
+  for (Figure& figure : roof_figures(overhang, print)) figures.push_back(std::move(figure));
   return figures;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "judge/overhang.h"
 #include "judge/verify_detail.h"
 #include "mesh/reach.h"
 #include "mesh/shells.h"
@@ -28,6 +29,10 @@ struct Piece {
   Mesh placed;
   Eigen::AlignedBox3d box;  ///< on the bed
   double bed_area_mm2 = 0;  ///< with which it lies there
+  Overhang inside = {};     ///< as it lies there
+
+  Eigen::Vector3d up() const { return part.to_bed.linear().row(2).transpose(); }
+  double bed_mm() const { return -part.to_bed.translation().z(); }  ///< along up
 };
 
 bool is_rigid(const Eigen::Affine3d& motion) {
@@ -121,7 +126,7 @@ std::vector<Record> records(const std::vector<Piece>& pieces, double density_g_c
   for (const Piece& piece : pieces) {
     const MassProperties mass = mass_properties(piece.mesh, density_g_cm3);
     const Eigen::Vector3d size = piece.box.sizes();
-    const Eigen::Vector3d up = piece.part.to_bed.linear().row(2).transpose();
+    const Eigen::Vector3d up = piece.up();
     all.push_back({{"name", piece.part.name},
                    {"volume_mm3", mass.volume_mm3},
                    {"mass_g", mass.mass_g},
@@ -132,7 +137,12 @@ std::vector<Record> records(const std::vector<Piece>& pieces, double density_g_c
                    {"up_x", up.x()},
                    {"up_y", up.y()},
                    {"up_z", up.z()},
-                   {"cut_offset_mm", -piece.part.to_bed.translation().z()}});
+                   {"cut_offset_mm", piece.bed_mm()},
+                   {"roof_mm2", piece.inside.roof_mm2},
+                   {"roof_share", piece.inside.roof_share()},
+                   {"widest_bridge_mm", piece.inside.bridge_mm},
+                   {"hanging_islands", static_cast<double>(piece.inside.islands)},
+                   {"sealed_mm3", piece.inside.sealed_mm3}});
   }
   return all;
 }
@@ -150,6 +160,35 @@ AxleFit axle_of(const SpinSpec& spec, const Mesh& body) {
   return fit(spec.axle, centre, spec.up.normalized(), 2 * std::max(1.0, reach_mm(body, centre)));
 }
 
+/// What is inside when they are put together: cavities, holes of pins, and what was taken for an axle but for the gap.
+Mesh rooms_of(const Spec& spec, const Mesh& whole, const Progress& progress) {
+  Mesh rooms = cavities_of(whole);
+  if (const SpinSpec* spin = with_axle(spec)) {
+    const std::vector<Mesh> taken = axle_of(*spin, whole).taken;
+    Mesh bore = combined({taken.begin() + 1, taken.end()}, {}, progress).mesh;
+    flip(bore);
+    append(rooms, bore);
+  }
+  return with_merged_vertices(rooms);
+}
+
+PrintedUp lying(const Piece& piece) { return {.direction = piece.up(), .bed_mm = piece.bed_mm()}; }
+
+/// "Inside them, as they lie there, most roofs flatter than 45 degrees are in piece 1 ..."
+std::string roof_words(const std::vector<Piece>& pieces) {
+  const auto worst = [&](auto&& less) -> const Piece& {
+    return *std::max_element(pieces.begin(), pieces.end(),
+                             [&](const Piece& a, const Piece& b) { return less(a.inside, b.inside); });
+  };
+  const Piece& flattest = worst([](const Overhang& a, const Overhang& b) { return a.roof_mm2 < b.roof_mm2; });
+  const Piece& widest = worst([](const Overhang& a, const Overhang& b) { return a.bridge_mm < b.bridge_mm; });
+  if (flattest.inside.roof_mm2 == 0) return "Inside them no roof is flatter than 45 degrees as they lie there.";
+  const bool same = flattest.inside.bridge_mm >= 0.98 * widest.inside.bridge_mm;  // to which it is known
+  return "Inside them, as they lie there, " + flattest.part.name + " has the most roofs flatter than 45 degrees (" +
+         number(flattest.inside.roof_mm2, 1) + " mm2) and " + (same ? "" : widest.part.name + " ") + "the widest bridge (" +
+         number(widest.inside.bridge_mm, 1) + " mm).";
+}
+
 /// "piece 1: 12.3 g, 40 x 30 x 20 mm"
 std::string words_of(const Piece& piece, double density_g_cm3) {
   const Eigen::Vector3d size = piece.box.sizes();
@@ -163,11 +202,21 @@ double length_of_cylinder(const Mesh& mesh) {
   return std::sqrt(std::max(0.0, (12 * mass.principal_moments_g_mm2[2] - 6 * mass.principal_moments_g_mm2[0]) / mass.mass_g));
 }
 
+/// What of all of them hangs in the air while they are printed.
+void tell_roofs(const std::vector<Piece>& pieces, Verdict& verdict) {
+  Overhang all;
+  for (const Piece& piece : pieces) all += piece.inside;
+  if (all.surface_mm2 == 0) return;
+  verdict.meaning.push_back(roof_words(pieces));
+  for (Figure& figure : roof_figures(all, {})) verdict.figures.push_back(std::move(figure));
+}
+
 void say(const std::vector<Piece>& pieces, const Delivery& delivered, const Spec& spec, Verdict& verdict) {
   std::string text = "It is printed in " + std::to_string(pieces.size()) + " pieces, which lie flat on the bed: ";
   const double density_g_cm3 = print_of(spec).density_g_cm3;
   for (const Piece& piece : pieces) text += (&piece == &pieces.front() ? "" : "; ") + words_of(piece, density_g_cm3);
   verdict.meaning.push_back(text + ".");
+  tell_roofs(pieces, verdict);
   if (const SpinSpec* spin = with_axle(spec)) {
     const AxleFit axle = axle_of(*spin, delivered.body());
     verdict.meaning.push_back(std::string("The halves are held by ") + rayrep::words_of(spin->axle.kind) + ", " +
@@ -220,16 +269,19 @@ void judge_pieces(const PrintedDelivery& printed, const Spec& spec, const Limits
   const Mesh whole = delivered.body();
   const double diagonal_mm = bounding_box(whole).diagonal().norm();
   const double rounding_mm = 1e-6 * diagonal_mm;
-  const std::vector<Piece> pieces = pieces_of(delivered, rounding_mm);
+  std::vector<Piece> pieces = pieces_of(delivered, rounding_mm);
+  const Mesh rooms = rooms_of(spec, whole, progress);
   std::size_t open = 0;
   double off_bed_mm = 0;
   double smallest_area = kInfinity;
-  for (const Piece& piece : pieces) {
+  for (Piece& piece : pieces) {
     progress.check();
-    open += unbalanced_edges(piece.mesh);
+    const std::size_t unbalanced = unbalanced_edges(piece.mesh);
+    open += unbalanced;
     const bool sound = is_rigid(piece.part.to_bed) && mesh_moments(piece.mesh)[M1] > 0;
     off_bed_mm = std::max(off_bed_mm, sound ? std::abs(piece.box.min().z()) : kInfinity);
     smallest_area = std::min(smallest_area, piece.bed_area_mm2);
+    if (unbalanced == 0 && sound) piece.inside = overhang_in_piece(piece.mesh, rooms, lying(piece), progress);
   }
   const Moments& s = printed.printed;
   const Moments off = (moments_of_all(pieces) - s).cwiseQuotient(moment_units(std::abs(s[M1]), diagonal_mm));

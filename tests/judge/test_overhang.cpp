@@ -6,7 +6,9 @@
 #include "mesh/revolved.h"
 #include "rayrep/judge/kept_solid.h"
 #include "rayrep/judge/verify.h"
+#include "rayrep/mesh/assembly.h"
 #include "rayrep/mesh/boolean.h"
+#include "rayrep/mesh/section.h"
 #include "shapes.h"
 #include "solids.h"
 
@@ -16,6 +18,7 @@ namespace {
 using namespace test;
 using verify_detail::Overhang;
 using verify_detail::overhang;
+using verify_detail::overhang_in_piece;
 using verify_detail::PrintedUp;
 
 /// A cavity of this shape; the bed lies 5 mm below it.
@@ -53,7 +56,7 @@ TEST(Overhang, OfABoxIsItsCeiling) {
   const Mesh shape = box({1, 2, 3}, {41, 22, 33});
   const Overhang found = in_cavity(shape);
   EXPECT_NEAR(found.roof_mm2, 800, 1e-9);
-  EXPECT_NEAR(found.roof_share, 800.0 / 5200, 1e-12);
+  EXPECT_NEAR(found.roof_share(), 800.0 / 5200, 1e-12);
   EXPECT_NEAR(found.bridge_mm, 20, 0.25);  // the narrower way across
   EXPECT_NEAR(found.sealed_mm3, 24000, 1e-6);
   EXPECT_EQ(found.islands, 0u);
@@ -75,8 +78,8 @@ TEST(Overhang, ItsWidestBridgeIsFoundAmongManyLayersWithMoreRoof) {
 
 TEST(Overhang, OfABallIsTheCapAbove) {
   const Overhang found = in_cavity(icosphere(12, 5), {0.3, -0.5, 0.8});
-  EXPECT_NEAR(found.roof_share, 0.5 * (1 - std::sqrt(0.5)), 2e-3);
-  EXPECT_NEAR(found.roof_mm2, found.roof_share * 4 * kPi * 144, 1);
+  EXPECT_NEAR(found.roof_share(), 0.5 * (1 - std::sqrt(0.5)), 2e-3);
+  EXPECT_NEAR(found.roof_mm2, found.roof_share() * 4 * kPi * 144, 1);
   // The last layer closes a disc that depends on where it lies: at most 0.2 mm below the pole.
   EXPECT_GT(found.bridge_mm, 2 * std::sqrt(2 * 12 * 0.2) * 0.5);
   EXPECT_LT(found.bridge_mm, 2 * std::sqrt(2 * 12 * 0.2) * 1.02);
@@ -146,6 +149,65 @@ TEST(Overhang, APillarStandsOnTheFloorAndCarriesTheRoof) {
   EXPECT_FALSE(in_cavity(with(spike)).pillar_mm.has_value());
   EXPECT_FALSE(in_cavity(with(icicle)).pillar_mm.has_value());
   EXPECT_FALSE(in_cavity(room).pillar_mm.has_value());
+}
+
+/// What lies above all of these planes of a body with rooms, standing on the first one.
+Overhang above(const Mesh& outer, const Mesh& rooms, const std::vector<ClipPlane>& planes) {
+  Mesh piece = with_merged_vertices(hollow(outer, rooms));
+  for (const ClipPlane& plane : planes) piece = halves(piece, plane).above;
+  EXPECT_TRUE(is_closed_solid(piece));
+  const PrintedUp print{.direction = planes.front().normal, .bed_mm = planes.front().offset_mm};
+  return overhang_in_piece(piece, with_merged_vertices(flipped(rooms)), print);
+}
+
+TEST(OverhangInPieces, OfAHollowBallIsTheCapOfADome) {
+  const Eigen::Vector3d n = Eigen::Vector3d(1, 2, -2).normalized();
+  for (const double side : {1.0, -1.0}) {
+    const Overhang half = above(icosphere(15, 5), icosphere(12, 5), {{side * n, 0}});
+    EXPECT_NEAR(half.roof_mm2, 2 * kPi * 144 * (1 - std::sqrt(0.5)), 1.5);
+    EXPECT_NEAR(half.roof_share(), 1 - std::sqrt(0.5), 2e-3);
+    EXPECT_EQ(half.islands, 0u);
+    EXPECT_EQ(half.sealed_mm3, 0);
+    EXPECT_GT(half.bridge_mm, 2 * std::sqrt(2 * 12 * 0.2) * 0.5);
+    EXPECT_LT(half.bridge_mm, 2 * std::sqrt(2 * 12 * 0.2) * 1.02);
+  }
+}
+
+TEST(OverhangInPieces, ARoofThatIsOpenAtASideIsHeldAtTheOthersAlone) {
+  const Mesh outer = box({-30, -25, -20}, {30, 25, 20});
+  const Mesh room = box({-20, -20, -10}, {20, 20, 10});
+  const ClipPlane bed{Eigen::Vector3d::UnitZ(), 1};
+  EXPECT_NEAR(above(outer, room, {bed}).bridge_mm, 40, 0.9);
+  const Overhang corner = above(outer, room, {bed, {Eigen::Vector3d::UnitX(), 6}});
+  EXPECT_NEAR(corner.bridge_mm, 28, 0.6);  // 14 mm from the wall to the open side; closed there it would bridge 14
+  EXPECT_NEAR(corner.roof_mm2, 14 * 40, 1e-9);
+  EXPECT_NEAR(corner.surface_mm2, 14 * 40 + (40 + 2 * 14) * 9, 1e-9);
+  // Lying on the other cut, one wall is the roof.
+  EXPECT_NEAR(above(outer, room, {{Eigen::Vector3d::UnitX(), 6}, bed}).roof_mm2, 40 * 9, 1e-9);
+}
+
+TEST(OverhangInPieces, WhatHangsFromTheRoofBeginsInMidAirAndTheOutsideIsNotAskedFor) {
+  // A bracket: its arm is flat below and has a tooth that hangs from it, outside.
+  const std::vector<Mesh> parts = {box({-15, -15, -15}, {15, 15, 20}), box({14, -5, 12}, {40, 5, 18}),
+                                   box({30, -2, 4}, {34, 2, 13})};
+  const Mesh outer = combined(parts).mesh;
+  const std::vector<Mesh> inside = {box({-10, -10, -10}, {10, 10, 15}), detail::revolved({{0, 6}, {4, 12}, {4, 16}, {0, 16}}, 24)};
+  const Mesh room = combined(inside, {.operation = BooleanOperation::subtract}).mesh;
+  const Overhang upper = above(outer, room, {{Eigen::Vector3d::UnitZ(), 0}});
+  EXPECT_EQ(upper.islands, 1u);
+  EXPECT_NEAR(upper.roof_mm2, 400 - loop_moments(section(cylinder(4, 1, 24), 0.5).front()).area_mm2, 1e-6);
+  // The other way up it stands on the floor, and so does what a cut went through.
+  EXPECT_EQ(above(outer, room, {{-Eigen::Vector3d::UnitZ(), 0}}).islands, 0u);
+  EXPECT_EQ(above(outer, room, {{Eigen::Vector3d::UnitZ(), 9}}).islands, 0u);
+}
+
+TEST(OverhangInPieces, SaysWhatStaysSealedAndNothingWithoutRooms) {
+  const Mesh outer = box({-30, -25, -20}, {30, 25, 20});
+  const Mesh rooms = merged({box({-20, -20, -10}, {-4, 20, 10}), box({4, -20, 5}, {20, 20, 15})});
+  const Overhang found = above(outer, rooms, {{Eigen::Vector3d::UnitZ(), 0.5}});
+  EXPECT_NEAR(found.sealed_mm3, 16 * 40 * 10, 1e-6);
+  EXPECT_NEAR(found.roof_mm2, 2 * 16 * 40, 1e-9);
+  EXPECT_EQ(overhang_in_piece(outer, {}, {}).surface_mm2, 0);
 }
 
 TEST(Overhang, IsToldOfEveryVerdictWithACavityAndJudgesNothing) {

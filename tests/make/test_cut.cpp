@@ -155,6 +155,32 @@ TEST(Cut, PiecesWeighWhatThePrintIsMadeOf) {
   EXPECT_NEAR(told_g, 0.9e-3 * mm3, 1e-9);
 }
 
+double figure(const Verdict& verdict, const char* name) {
+  for (const Figure& figure : verdict.figures)
+    if (figure.name == name) return std::get<double>(figure.value);
+  return -1;
+}
+
+TEST(Cut, RoofsAreToldOfEachPieceAndOfAllTogether) {
+  const Verdict verdict = judged(made().delivery, made().spec, egg());
+  double roofs_mm2 = 0;
+  double widest_mm = 0;
+  for (const Figure& of : verdict.figures)
+    if (of.name == "pieces")
+      for (const Record& piece : std::get<std::vector<Record>>(of.value))
+        for (const auto& [name, value] : piece) {
+          if (name == "roof_mm2") roofs_mm2 += std::get<double>(value);
+          if (name == "widest_bridge_mm") widest_mm = std::max(widest_mm, std::get<double>(value));
+        }
+  EXPECT_GT(roofs_mm2, 0);
+  EXPECT_EQ(figure(verdict, "roof_mm2"), roofs_mm2);
+  EXPECT_EQ(figure(verdict, "widest_bridge_mm"), widest_mm);
+  EXPECT_EQ(figure(verdict, "sealed_mm3"), 0);
+  EXPECT_TRUE(std::any_of(verdict.meaning.begin(), verdict.meaning.end(), [](const std::string& text) {
+    return bool(mentions(text, {"piece", "the widest bridge"}));
+  }));
+}
+
 TEST(Cut, BodiesThatOverlapAreOneInPieces) {
   Mesh knobbed = egg();
   append(knobbed, box({-5, -4, 12}, {6, 4, 23}));

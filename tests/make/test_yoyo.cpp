@@ -8,6 +8,7 @@
 #include "rayrep/judge/verify.h"
 #include "rayrep/make/hollow.h"
 #include "rayrep/mesh/assembly.h"
+#include "rayrep/mesh/boolean.h"
 #include "rayrep/physics/axle.h"
 #include "runs.h"
 #include "solids.h"
@@ -46,6 +47,11 @@ std::string refusal(const Mesh& solid, const Job<SpinSpec>& job, ErrorCode code)
   }
   ADD_FAILURE() << "made";
   return {};
+}
+
+std::vector<Mesh> halves_of(const Mesh& mesh) {
+  const Mesh merged = with_merged_vertices(mesh);
+  return split(merged, connected_components(merged));
 }
 
 class EveryAxle : public ::testing::TestWithParam<Axle::Kind> {};
@@ -98,6 +104,36 @@ TEST(Yoyo, TheJudgeHoldsTheChangeToGapAndBore) {
   EXPECT_EQ(failures({Axle::Kind::m4, 4}), Names{});
   const Names names = failures({Axle::Kind::m4, 3.9});
   EXPECT_TRUE(std::find(names.begin(), names.end(), "outer_unchanged") != names.end());
+}
+
+TEST(Yoyo, TheEndsOfTheBoreAreRoofsAndTheGapIsNone) {
+  // Solid, so that there is nothing else: 0.1 mm more than the rod all around, in both halves.
+  const Mesh solid = lens();
+  const AxleFit axle = fit({Axle::Kind::m4, 4}, bounding_box(solid).center(), turn().col(2), 60);
+  std::vector<Mesh> operands = {solid};
+  operands.insert(operands.end(), axle.taken.begin(), axle.taken.end());
+  Delivery delivery;
+  for (Mesh& half : halves_of(combined(operands, {.operation = BooleanOperation::subtract}).mesh)) {
+    Part piece{.mesh = std::move(half), .name = "half " + std::to_string(delivery.parts.size() + 1)};
+    const bool below = turn().col(2).dot(mesh_moments(piece.mesh).segment<3>(1)) <
+                       turn().col(2).dot(bounding_box(solid).center()) * mesh_moments(piece.mesh)[M1];
+    const Eigen::Vector3d up = below ? Eigen::Vector3d(-turn().col(2)) : Eigen::Vector3d(turn().col(2));
+    piece.to_bed.linear() = Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    piece.to_bed.translation().z() = -up.dot(bounding_box(solid).center()) - 2;
+    if (below) piece.to_bed.pretranslate(Eigen::Vector3d(100, 0, 0));
+    delivery.parts.push_back(std::move(piece));
+  }
+  ASSERT_EQ(delivery.parts.size(), 2u);
+  SpinSpec spec = yoyo(Axle::Kind::m4).spec;
+  spec.up = turn().col(2);
+  const Verdict verdict = verify(delivery, &solid, Spec(spec));
+  const auto figure = [&verdict](const char* name) -> double {
+    for (const Figure& f : verdict.figures)
+      if (f.name == name) return std::get<double>(f.value);
+    return -1;
+  };
+  EXPECT_NEAR(figure("roof_mm2"), 2 * kPi * 2.1 * 2.1, 0.05);
+  EXPECT_NEAR(figure("widest_bridge_mm"), 4.2, 0.1);
 }
 
 TEST(Yoyo, WithoutAnAxleItIsInOnePieceAsBefore) {
