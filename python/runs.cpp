@@ -166,10 +166,20 @@ std::vector<Mesh> kept_solid(const Options& options, const Progress& progress) {
   return regions;
 }
 
-void judge_kept(const Options& options, const Delivery& judged, const Spec& spec, Verdict& verdict, const Progress& progress) {
-  if (options.keep_solid.empty()) return;
-  const std::vector<Mesh> regions = kept_solid(options, progress);
-  judge_kept_solid(judged.solid(), {.regions = regions, .wall_mm = print_of(spec).wall_mm}, verdict, progress);
+/// What is looked at, and by what it is told from what it was.
+struct Kept {
+  const Options& options;
+  const Delivery& judged;
+  const Mesh* original;
+};
+
+void judge_kept(const Kept& what, const Spec& spec, Verdict& verdict, const Progress& progress) {
+  if (what.options.keep_solid.empty()) return;
+  const std::vector<Mesh> regions = kept_solid(what.options, progress);
+  const Print& print = print_of(spec);
+  judge_kept_solid(what.judged.solid(),
+                   {.regions = regions, .wall_mm = print.wall_mm, .original = what.original, .drains = &print.drains}, verdict,
+                   progress);
 }
 
 RunReport start_report(const Options& options, const Input& input) {
@@ -284,7 +294,7 @@ Outcome hollow_once(Options options, const Given& given, const Progress& progres
   const Spec& spec = report.hollow->spec;
   report.after =
       sliced ? sliced->judged(outcome.judged, original, report, progress) : verify(outcome.judged, &original, spec, {}, progress);
-  judge_kept(options, outcome.judged, spec, report.after, progress);
+  judge_kept({options, outcome.judged, &original}, spec, report.after, progress);
   report.before = state_figures(original, spec, {}, progress);
   if (sliced && report.after.pass()) {
     sliced->deliver(report.hollow->best_slice);
@@ -454,7 +464,7 @@ Outcome verify(const Words& words, const Given& given, const Progress& progress)
     if (!options.plugs.empty())
       for (Part& part : tool::read_plugs(options.plugs)) outcome.judged.parts.push_back(std::move(part));
     outcome.report.after = verify(outcome.judged, original ? &outcome.given : nullptr, options.spec, {}, progress);
-    judge_kept(options, outcome.judged, options.spec, outcome.report.after, progress);
+    judge_kept({options, outcome.judged, original ? &outcome.given : nullptr}, options.spec, outcome.report.after, progress);
   } catch (const Error& error) {
     // The check says better than the judge what is wrong with a mesh that has no inside.
     if (error.code() == ErrorCode::input) refuse_unusable(input);

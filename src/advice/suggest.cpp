@@ -11,6 +11,7 @@
 #include "make/plan.h"
 #include "make/spin_search.h"
 #include "rayrep/base/error.h"
+#include "rayrep/judge/kept_solid.h"
 #include "rayrep/judge/verify.h"
 #include "rayrep/physics/ground_rest.h"
 #include "rayrep/physics/materials.h"
@@ -174,7 +175,12 @@ private:
     try {
       const Mesh mesh = mesh_with(change);
       const HollowResult result = hollow(mesh, spec_with(change), options, quiet_);
-      return verify(result.delivery, &mesh, result.spec, {}, quiet_).pass();
+      Verdict verdict = verify(result.delivery, &mesh, result.spec, {}, quiet_);
+      const Print& print = print_of(result.spec);
+      judge_kept_solid(result.delivery.solid(),
+                       {.regions = options.keep_solid, .wall_mm = print.wall_mm, .original = &mesh, .drains = &print.drains},
+                       verdict, quiet_);
+      return verdict.pass();
     } catch (const Error& error) {
       if (error.code() == ErrorCode::interrupted) throw;
       return false;

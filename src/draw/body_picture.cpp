@@ -10,7 +10,9 @@
 #include "draw/layout.h"
 #include "rayrep/base/error.h"
 #include "rayrep/draw/shading.h"
+#include "rayrep/mesh/section.h"
 #include "rayrep/physics/hydrostatics.h"
+#include "rayrep/physics/moments.h"
 
 namespace rayrep {
 namespace {
@@ -107,9 +109,9 @@ public:
   explicit Sheet(const BodyPicture& what) : what_(what) {
     const Subject& after = what.after;
     const Mesh body = after.delivery.body();
-    const SectionPlane plane = what.cut.value_or(usual_plane(body, after.marks.up));
-    const double offset_mm =
-        plane.offset_mm.value_or(plane.normal.dot(after.marks.centre_of_mass_mm.value_or(bounding_box(body).center())));
+    const Vector3d centre = after.marks.centre_of_mass_mm.value_or(bounding_box(body).center());
+    const SectionPlane plane = what.cut ? *what.cut : plane_through_inside(body, after.marks.up, centre);
+    const double offset_mm = plane.offset_mm.value_or(plane.normal.dot(centre));
     stage_ = stage_for(plane, offset_mm, after.marks.up);
     if (what.before) {
       panels_.push_back({"before", {shaded_part(*what.before, kBefore, kBefore)}});
@@ -215,21 +217,61 @@ private:
   Drawing drawing_;
 };
 
-}  // namespace
+struct Cavity {
+  double mm3 = 0;
+  Vector3d middle_mm = Vector3d::Zero();
+};
 
-SectionPlane usual_plane(const Mesh& mesh, const Vector3d& up) {
+/// @param mesh  vertices merged
+Cavity largest_cavity(const Mesh& mesh) {
+  Moments largest = Moments::Zero();
+  for (const Mesh& shell : split(mesh, connected_components(mesh)))
+    if (const Moments s = mesh_moments(shell); s[M1] < largest[M1]) largest = s;
+  if (!(largest[M1] < 0)) return {};
+  return {-largest[M1], largest.segment<3>(MX) / largest[M1]};
+}
+
+/// What a plane cuts out of cavities. @param mesh  vertices merged
+double room_mm2(const Mesh& mesh, const SectionPlane& plane) {
+  const SectionView view = view_of(plane, *plane.offset_mm, Vector3d::UnitZ());
+  double room = 0;
+  for (const SectionLoop& loop : section(transformed(mesh, Eigen::Affine3d(view.to_view)), view.depth_mm))
+    room += std::max(0.0, -loop_moments(loop).area_mm2);
+  return room;
+}
+
+/// The three directions that are natural to a body: across its longer side on the ground, across the shorter one, and up.
+std::array<Vector3d, 3> usual_normals(const Mesh& mesh, const Vector3d& up) {
   const Eigen::Matrix3d to_ground = up_to_z(up);
   const Vector3d size = bounding_box(transformed(mesh, Eigen::Affine3d(to_ground))).sizes();
-  SectionPlane plane;
-  plane.normal = to_ground.transpose() * (size.x() >= size.y() ? Vector3d::UnitY() : Vector3d::UnitX());
-  return plane;
+  const Eigen::Index along = size.x() >= size.y() ? 1 : 0;
+  return {to_ground.row(along), to_ground.row(1 - along), to_ground.row(2)};
+}
+
+}  // namespace
+
+SectionPlane usual_plane(const Mesh& mesh, const Vector3d& up) { return {usual_normals(mesh, up)[0]}; }
+
+SectionPlane plane_through_inside(const Mesh& mesh, const Vector3d& up, const Vector3d& centre) {
+  const Mesh merged = with_merged_vertices(mesh);
+  const Cavity cavity = largest_cavity(merged);
+  const std::array<Vector3d, 3> normals = usual_normals(merged, up);
+  const SectionPlane usual{normals[0], normals[0].dot(centre)};
+  if (cavity.mm3 == 0) return usual;
+  constexpr double kNick = 0.1;  // less is none, theory.md (105)
+  for (const Vector3d& through : {centre, cavity.middle_mm})
+    for (const Vector3d& normal : normals)
+      if (const SectionPlane plane{normal, normal.dot(through)}; room_mm2(merged, plane) >= kNick * std::pow(cavity.mm3, 2.0 / 3))
+        return plane;
+  return usual;
 }
 
 Drawing body_drawing(const BodyPicture& what) { return Sheet(what).draw(); }
 
 std::string thumbnail_png(const Delivery& delivery, const Vector3d& up, int pixels) {
   const Mesh body = delivery.body();
-  const Stage stage = stage_for(usual_plane(body, up), usual_plane(body, up).normal.dot(bounding_box(body).center()), up);
+  const SectionPlane plane = plane_through_inside(body, up, bounding_box(body).center());
+  const Stage stage = stage_for(plane, *plane.offset_mm, up);
   Camera camera = camera_on({&body}, stage.to_view, Vector2d(pixels, pixels));
   camera.width_px = camera.height_px = pixels;
   const std::optional<ClipPlane> cut = has_inside(delivery) ? std::optional(stage.cut) : std::nullopt;

@@ -34,12 +34,19 @@ double distance_mm(const Mesh& cavities, const SurfaceQuery& around, const Mesh&
   return overlap_mm > 0 || gap_mm == 0 ? -std::max(overlap_mm, kCross_mm) : gap_mm;
 }
 
+/// Cavities, those that holes lead into with the holes.
+Mesh rooms_of(const Mesh& delivered, const KeptSolidTerms& terms, const Progress& progress) {
+  if (!terms.original || !terms.drains || !terms.drains->wanted()) return cavities_of(delivered);
+  Verdict found;
+  return rooms_in(judge_surface(delivered, terms.original, progress, found, terms.drains), progress);
+}
+
 }  // namespace
 
 void judge_kept_solid(const Mesh& delivered, const KeptSolidTerms& terms, Verdict& verdict, const Progress& progress) {
   if (terms.regions.empty()) return;
   Figure figure{.name = "kept_solid_mm", .words = "cavities from what is kept solid", .unit = Unit::mm, .value = {}};
-  const Mesh cavities = cavities_of(delivered);
+  const Mesh cavities = rooms_of(delivered, terms, progress);
   if (!cavities.triangles.empty()) {
     const SurfaceQuery around(cavities);
     double least_mm = std::numeric_limits<double>::infinity();

@@ -241,9 +241,33 @@ void say(const std::vector<Piece>& pieces, const Delivery& delivered, const Spec
                             (lengths.size() > 1 ? "hold" : "holds") + " them in place.");
 }
 
+/// The steel that is in two halves, which tell how far apart they are; none where it is of no axle.
+Axle axle_in(const Delivery& delivered) {
+  std::vector<const Part*> halves;
+  std::vector<double> put_in_g;
+  const auto mass_g = [](const Part& part) { return mass_properties(part.mesh, part.density_g_cm3).mass_g; };
+  for (const Part& part : delivered.parts) {
+    if (part.role == Part::Role::body && !part.name.empty()) halves.push_back(&part);
+    if (part.role == Part::Role::insert) put_in_g.push_back(mass_g(part));
+  }
+  if (halves.size() != 2) return {};
+  const Eigen::Vector3d up = halves[0]->to_bed.linear().row(2);
+  const double gap_mm = -halves[0]->to_bed.translation().z() - halves[1]->to_bed.translation().z();
+  const auto is_put_in = [&](const Part& steel) {
+    return std::any_of(put_in_g.begin(), put_in_g.end(), [&](double g) { return std::abs(g - mass_g(steel)) < 1e-6 * g; });
+  };
+  for (const Axle::Kind kind : {Axle::Kind::bearing_608, Axle::Kind::m4, Axle::Kind::rod_8mm}) {
+    const Axle axle{kind, gap_mm};
+    const std::vector<Part> steel = fit(axle, Eigen::Vector3d::Zero(), up, 1).steel;
+    if (gap_mm > 0 && std::all_of(steel.begin(), steel.end(), is_put_in)) return axle;
+  }
+  return {};
+}
+
 }  // namespace
 
 Spec judged_in_pieces(const Delivery& delivered, const Mesh* original, Spec spec) {
+  if (SpinSpec* spin = std::get_if<SpinSpec>(&spec); spin && spin->yoyo && !has_axle(spin->axle)) spin->axle = axle_in(delivered);
   if (SpinSpec* spin = std::get_if<SpinSpec>(&spec); spin && has_axle(spin->axle) && !spin->centre_mm && original)
     spin->centre_mm = bounding_box(*original).center();
   if (sealed_cavities(delivered) == 0) print_of(spec).drained = true;

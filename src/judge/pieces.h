@@ -8,8 +8,8 @@
 
 namespace rayrep::verify_detail {
 
-/// The spec with what it leaves open of pieces filled in: the centre of a yo-yo with an axle, which the gap could move, from the
-/// original; and that cavities are drained, where none is sealed in a piece.
+/// The spec with what it leaves open of pieces filled in: the axle of a yo-yo, as the steel in it tells; the centre of a yo-yo with
+/// an axle, which the gap could move, from the original; and that cavities are drained, where none is sealed in a piece.
 Spec judged_in_pieces(const Delivery& delivered, const Mesh* original, Spec spec);
 
 /// What a yo-yo with an axle may lose of its outside: all of AxleFit::taken; empty for anything else.

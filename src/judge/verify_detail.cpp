@@ -386,6 +386,14 @@ Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progres
   return surface;
 }
 
+Mesh rooms_in(const Surface& surface, const Progress& progress) {
+  if (surface.holes.sealed.triangles.empty()) return surface.cavities;
+  const std::vector<Mesh> operands = {surface.holes.sealed, surface.material};
+  Mesh rooms = with_merged_vertices(combined(operands, {.operation = BooleanOperation::subtract}, progress).mesh);
+  flip(rooms);
+  return rooms;
+}
+
 std::string scatter_words(double scatter_mm) { return shown(scatter_mm, 2) + " mm"; }
 
 namespace {
@@ -406,15 +414,6 @@ void judge_trapped(const Surface& surface, const Print& print, const Progress& p
                           " g of uncured resin: the print then weighs " + number(mass_g + verdict.trapped_resin_g, 1) +
                           " g instead of " + number(mass_g, 1) +
                           " g. If you will drill a hole into each, drain it and close the hole, say --drained.");
-}
-
-/// The rooms inside, with the holes that lead into them.
-Mesh rooms_in(const Surface& surface, const Progress& progress) {
-  if (surface.holes.sealed.triangles.empty()) return surface.cavities;
-  const std::vector<Mesh> operands = {surface.holes.sealed, surface.material};
-  Mesh rooms = with_merged_vertices(combined(operands, {.operation = BooleanOperation::subtract}, progress).mesh);
-  flip(rooms);
-  return rooms;
 }
 
 double figure_of(const Verdict& verdict, const char* name) {

@@ -58,6 +58,9 @@ struct Surface {
 Surface judge_surface(const Mesh& delivered, const Mesh* original, const Progress& progress, Verdict& verdict,
                       const Drains* drains = nullptr);
 
+/// The rooms inside, facing into the void, with the holes that lead into them.
+Mesh rooms_in(const Surface& surface, const Progress& progress);
+
 /// The outside that a body is held to: the original, but for what a goal lets be cut off below, or be taken for an axle.
 class AllowedOutside {
 public:

@@ -6,7 +6,8 @@ CavityOptions cavity_options(const Body& body, const Print& print, const HollowO
   CavityOptions result;
   result.wall_mm = print.wall_mm;
   result.min_cavity_mm3 = discretisation(print, options).min_cavity_mm3;
-  result.sharp_ridges = !options.keep_solid.empty() || !options.pillars.empty();
+  // A core would reach over ridges of its room that are sharpened otherwise than its own.
+  result.sharp_ridges = !print.core.wanted() && (!options.keep_solid.empty() || !options.pillars.empty());
   result.as_delivered = [&body, &options](const Mesh& mesh) {
     const Mesh turned = transformed(mesh, body.to_working.inverse());
     return options.as_stored ? options.as_stored(turned) : turned;

@@ -59,6 +59,8 @@ private:
   std::vector<Cut::Plane> given_planes(const Mesh& whole) const;
   void place_pins(const Mesh& whole);
   bool pins_have_room(const Mesh& whole) const;
+  /// What is kept solid, as if there were nothing in it: no pin goes there.
+  Mesh kept_out() const;
   std::vector<Part> pieces_of(Mesh whole, const Part& like) const;
   /// On which of its cuts a piece lies: what points up then.
   Eigen::Vector3d up_of(const Mesh& piece) const;
@@ -112,6 +114,7 @@ void CutMaker::place_pins(const Mesh& whole) {
   placed_ = true;
   pins_.clear();
   Mesh taken = whole;
+  append(taken, kept_out());
   for (std::size_t n = 0; n < planes_.size(); ++n) {
     // In later passes the cavity moves a little: room for that, too.
     PinHole hole = hole_;
@@ -138,6 +141,13 @@ void CutMaker::place_pins(const Mesh& whole) {
       append(taken, room);
     }
   }
+}
+
+Mesh CutMaker::kept_out() const {
+  Mesh kept = body_.query->mesh();
+  kept.triangles.erase(kept.triangles.begin(), kept.triangles.begin() + body_.kept_from());
+  flip(kept);
+  return transformed(kept, body_.to_working.inverse());
 }
 
 bool CutMaker::pins_have_room(const Mesh& whole) const {

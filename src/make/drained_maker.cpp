@@ -31,7 +31,9 @@ DrainedMaker::DrainedMaker(std::unique_ptr<Maker> cavities, const Body& body, co
       progress_(progress),
       float32_(is_float32(body.outer)),
       places_(body, spec, triangles_of(rooms_of(options.fixed)), pillars_of(options)),
-      fixed_(moment_map(body.to_working) * fixed_moments(options.fixed, print_of(spec).density_g_cm3)) {}
+      fixed_(moment_map(body.to_working) * fixed_moments(options.fixed, print_of(spec).density_g_cm3)) {
+  places_.keep_clear_of(options.keep_solid);
+}
 
 void DrainedMaker::make(const Switching& switching) {
   cavities_->make(switching);

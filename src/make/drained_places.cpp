@@ -239,11 +239,31 @@ bool DrainPlaces::is_clear_of_pillars(const DrainHole& hole) const {
                      [&](const Rod& pillar) { return gap_mm(drilled, pillar) >= kClearOfPillars_mm; });
 }
 
+void DrainPlaces::keep_clear_of(const std::vector<Mesh>& regions) {
+  Mesh all;
+  for (const Mesh& region : regions) append(all, region);
+  if (!all.triangles.empty()) kept_solid_.emplace(with_merged_vertices(all));
+}
+
+/// What is kept solid lies neither around it nor within the wall of it.
+bool DrainPlaces::leaves_solid(const DrainHole& hole) const {
+  if (!kept_solid_) return true;
+  const int steps = static_cast<int>(std::ceil(4 * hole.length_mm / radius_mm_));
+  std::vector<LineHit> hits;
+  for (int n = 0; n <= steps; ++n) {
+    const Eigen::Vector3d at = hole.mouth_mm - hole.length_mm * n / steps * hole.outward;
+    closed_line_hits(*kept_solid_, at.head<2>(), hits);
+    if (winding_below(hits, at.z()) > 0 || kept_solid_->closest(at, radius_mm_ + wall_mm_).triangle >= 0) return false;
+  }
+  return true;
+}
+
 std::string DrainPlaces::wrong_with(const DrainHole& hole, const Cavity& cavity) const {
   if (std::string outside = out_of_bounds(hole); !outside.empty()) return outside;
   if (!has_a_mouth(hole)) return "the outside is too bent there, or something is in front of it";
   if (!is_clear_of_pillars(hole)) return "it would go through a pillar that carries a roof (--self-supporting)";
   if (!keeps_in_the_wall(hole, cavity)) return "it would come out at another place, or leave less than the wall there";
+  if (!leaves_solid(hole)) return "it would come nearer than the wall to what is kept solid (--keep-solid)";
   return {};
 }
 

@@ -37,6 +37,9 @@ public:
   /// @param pillars  that holes keep clear of
   DrainPlaces(const Body& body, const Spec& spec, std::size_t rooms, std::vector<Rod> pillars);
 
+  /// Holes are as far from these regions as cavities are. @param regions  closed, facing outward
+  void keep_clear_of(const std::vector<Mesh>& regions);
+
   /// The holes asked for: at the places given, or for each cavity where it drains and where air comes in, and more while something
   /// would stay in it.
   /// @param shells   surfaces of the cavities, facing inward, in the frame given
@@ -93,6 +96,7 @@ private:
   bool has_a_mouth(const DrainHole& hole) const;
   bool is_clear_of_pillars(const DrainHole& hole) const;
   bool keeps_in_the_wall(const DrainHole& hole, const Cavity& cavity) const;
+  bool leaves_solid(const DrainHole& hole) const;
   double longest_mm() const { return 6 * wall_mm_ + 2 * drains_.diameter_mm; }  ///< a hole through so much is none through a wall
   double stays_mm3(const Mesh& drilled, std::vector<Pool>& pools) const;
   std::string held() const;
@@ -129,6 +133,7 @@ private:
   std::vector<Bound> bounds_;
   std::vector<Rod> pillars_;
   std::vector<Cavity> cavities_;
+  std::optional<SurfaceQuery> kept_solid_;
 };
 
 }  // namespace rayrep::detail

@@ -124,4 +124,26 @@ void require_kept(const std::vector<Mesh>& regions, const Mesh& solid, const Pro
   }
 }
 
+void require_held(const HollowOptions& options, const Mesh& solid, const HollowResult& made) {
+  if (options.keep_solid.empty() || made.removed_islands == 0) return;
+  const Mesh delivered = made.delivery.solid();
+  const SurfaceQuery before(solid), after(delivered);
+  std::vector<LineHit> hits;
+  const auto in_void = [&](const Eigen::Vector3d& p) {
+    closed_line_hits(before, p.head<2>(), hits);
+    if (winding_below(hits, p.z()) <= 0) return false;
+    closed_line_hits(after, p.head<2>(), hits);
+    return winding_below(hits, p.z()) <= 0;
+  };
+  for (std::size_t n = 0; n < options.keep_solid.size(); ++n) {
+    const std::vector<Eigen::Vector3d>& region = options.keep_solid[n].vertices;
+    if (!std::all_of(region.begin(), region.end(), in_void)) continue;
+    throw Error(
+        ErrorCode::usage,
+        concat("Region ", n + 1, " of what is kept solid (--keep-solid) lies free in a cavity, where nothing holds it: let it ",
+               "reach into the wall, with a strut for example",
+               print_of(made.spec).infill.wanted() ? "." : ", or have it carried by pillars (--self-supporting)."));
+  }
+}
+
 }  // namespace rayrep::detail

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "rayrep/base/progress.h"
+#include "rayrep/make/hollow.h"
 #include "rayrep/physics/core.h"
 
 namespace rayrep::detail {
@@ -31,5 +32,8 @@ void require_room(const std::vector<FixedBody>& fixed, const Mesh& solid, double
 
 /// @throws Error{usage} for a region to be kept solid that has nothing in common with the solid
 void require_kept(const std::vector<Mesh>& regions, const Mesh& solid, const Progress& progress);
+
+/// @throws Error{usage} for one that lay loose in a cavity, so that it was left out
+void require_held(const HollowOptions& options, const Mesh& solid, const HollowResult& made);
 
 }  // namespace rayrep::detail

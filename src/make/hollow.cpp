@@ -173,7 +173,9 @@ HollowResult hollow(const Mesh& solid, const Spec& spec, const HollowOptions& op
           "yourself (rayrep measure tells what came of it).");
     }
   detail::Plan plan = std::visit([&](const auto& s) { return detail::plan(solid, s, options, progress); }, spec);
-  return detail::carry_out(plan, options, progress);
+  HollowResult result = detail::carry_out(plan, options, progress);
+  detail::require_held(options, solid, result);
+  return result;
 }
 
 }  // namespace rayrep

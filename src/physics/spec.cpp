@@ -1009,8 +1009,8 @@ static Setting axle_row(Axle& axle) {
           .details =
               "What the halves are put together with: a rod of steel of 4 or 8 mm that reaches two diameters into each, in blind "
               "holes 0.1 mm wider all around, or an 8 mm rod in a 608 bearing (22 x 7 mm, 12 g) that sits in both. Its steel (7.85 "
-              "g/cm3) counts. The rod's length is told: pushed home it keeps the gap. spin --yoyo takes m4 unless told; for verify "
-              "what is not told is none.",
+              "g/cm3) counts. The rod's length is told: pushed home it keeps the gap. spin --yoyo takes m4 unless told, verify "
+              "what the steel in the file tells.",
           .place = choice("axle", axle.kind, kAxles),
           .rare = true};
 }

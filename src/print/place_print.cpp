@@ -158,7 +158,9 @@ bool looks_drilled(const std::vector<Pair>& pairs) {
     why = concat(" It looks turned on the bed by ", all,
                  " degrees: slice it without turning it, or let 'measure' or 'verify' know (--turned ", all, ").");
   } else {
-    why = " Was another mesh sliced, several of them, or this one turned or scaled in the slicer? Slice it alone and as it is.";
+    why =
+        " Was another mesh sliced, several of them or pieces of one, or this one turned or scaled in the slicer? Slice it alone "
+        "and as it is.";
   }
   for (const std::string& note : notes) why += " " + note;
   throw Error(ErrorCode::input,

@@ -157,8 +157,17 @@ bool tells(const Verdict& verdict, const char* name) {
 /// What comes out of the holes, and what closes them.
 std::string drains_text(const RunReport& report) {
   const Print& print = print_of(report.hollow->spec);
-  const std::string what =
-      print.liquid_g_cm3 > 0 ? "Let the resin run out of the holes" : "What is left inside comes out of the holes";
+  double stays = 0;
+  for (const Figure& figure : report.after.figures)
+    if (const double* share = std::get_if<double>(&figure.value); share && figure.name == "trapped_share") stays = *share;
+  constexpr double kTold = 0.01;
+  const bool resin = print.liquid_g_cm3 > 0;
+  std::string what = resin ? "Let the resin run out of the holes" : "What is left inside comes out of the holes";
+  if (stays > 1 - kTold)
+    what = std::string("Nothing of the ") + (resin ? "resin" : "liquid that is left inside") +
+           " comes out of the holes, the way it is printed: turn it, or let holes be found (--drain auto)";
+  else if (stays > kTold)
+    what += format(", but for the %.0f %% that stay", 100 * stays);
   if (!report.plugs) return what;
   const std::string where = report.plugs->path.empty() ? "in the file, too" : "in " + report.plugs->path;
   return what + format("; then glue in the %s (%s), tight",

@@ -221,6 +221,25 @@ TEST(BodyDrawing, ShowsHowFarTheOutsideWasMoved) {
 }
 
 // Whichever way a plane leans, the viewer stands where its cut is seen.
+TEST(BodyDrawing, ThePlaneCutsWhatIsInside) {
+  const Vector3d up = Vector3d::UnitZ();
+  const auto plane_of = [&](const Mesh& mesh) { return plane_through_inside(mesh, up, bounding_box(mesh).center()); };
+  const auto with = [](const Vector3d& lo, const Vector3d& hi) {
+    return test::hollow(test::box({-30, -10, -12}, {30, 10, 12}), test::box(lo, hi));
+  };
+  // Along the longer side; across it where that misses; then level; and where all do, through the cavity.
+  EXPECT_EQ(plane_of(with({-20, -5, -5}, {20, 5, 5})).normal, Vector3d::UnitY());
+  EXPECT_EQ(plane_of(with({-20, 2, -5}, {20, 8, 5})).normal, Vector3d::UnitX());
+  EXPECT_EQ(plane_of(with({2, 2, -5}, {20, 8, 5})).normal, Vector3d::UnitZ());
+  const SectionPlane beside = plane_of(with({2, 2, 1}, {20, 8, 7}));
+  EXPECT_EQ(beside.normal, Vector3d::UnitY());
+  EXPECT_NEAR(beside.offset_mm.value(), 5, 1e-9);
+  // Two halves with a gap where the usual plane is, and a body with nothing inside.
+  const Mesh half = test::hollow(test::box({-30, 2, -30}, {30, 20, 30}), test::box({-25, 5, -25}, {25, 15, 25}));
+  EXPECT_EQ(plane_of(test::merged({half, test::moved(half, {0, -22, 0})})).normal, Vector3d::UnitX());
+  EXPECT_EQ(plane_of(test::box({0, 0, 0}, {3, 2, 1})).normal, usual_plane(test::box({0, 0, 0}, {3, 2, 1}), up).normal);
+}
+
 TEST(BodyDrawing, EveryCutIsSeen) {
   const Delivery body = test::delivery(test::icosphere(10, 3));
   std::vector<Vector3d> normals = {{0.2, 0, -1}, {-0.2, 0, 1}, {0, 0.06, -1}, {0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {-1, 1, -3}};

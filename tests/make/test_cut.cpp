@@ -9,6 +9,7 @@
 #include "mesh/shells.h"
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
+#include "rayrep/judge/kept_solid.h"
 #include "rayrep/judge/verify.h"
 #include "rayrep/make/hollow.h"
 #include "rayrep/mesh/assembly.h"
@@ -159,6 +160,22 @@ double figure(const Verdict& verdict, const char* name) {
   for (const Figure& figure : verdict.figures)
     if (figure.name == name) return std::get<double>(figure.value);
   return -1;
+}
+
+TEST(Cut, PinsKeepAwayFromWhatIsKeptSolid) {
+  // Where the first pin is without it.
+  const Part* pin = parts_of(made().delivery, Part::Role::insert).front();
+  const Eigen::AlignedBox3d around = bounding_box(pin->mesh);
+  const std::vector<Mesh> regions = {box(around.min().array() - 1, around.max().array() + 1)};
+  const auto kept_mm = [&](const HollowResult& result) {
+    Verdict verdict;
+    judge_kept_solid(result.delivery.solid(), {.regions = regions, .wall_mm = 2}, verdict);
+    return 2 * verdict.criteria.at(0).value;
+  };
+  EXPECT_LT(kept_mm(made()), 0);
+  Job<FloatSpec> job = afloat_in_pieces();
+  job.hollow.keep_solid = regions;
+  EXPECT_GE(kept_mm(hollowed(egg(), job)), 0.98 * 2);
 }
 
 TEST(Cut, RoofsAreToldOfEachPieceAndOfAllTogether) {

@@ -8,6 +8,7 @@
 
 #include "rayrep/base/error.h"
 #include "rayrep/io/mesh_io.h"
+#include "rayrep/judge/kept_solid.h"
 #include "rayrep/judge/verify.h"
 #include "rayrep/make/hollow.h"
 #include "rayrep/mesh/boolean.h"
@@ -204,13 +205,6 @@ TEST(Drained, CavitiesThatWereThereBeforeKeepWhatIsInThem) {
   EXPECT_GT(value_of(verify(delivered, &original, made.spec), "drains"), before_mm3 + 0.002);
 }
 
-double figure_of(const Verdict& verdict, const std::string& name) {
-  for (const Figure& figure : verdict.figures)
-    if (const double* value = std::get_if<double>(&figure.value); value && figure.name == name) return *value;
-  ADD_FAILURE() << name;
-  return -1;
-}
-
 /// Drilled and self-supporting: it meets its goal, and no hole takes the ground from under a pillar.
 void expect_carried(const Mesh& solid, Spec spec) {
   print_of(spec).self_supporting_deg = 45;
@@ -219,10 +213,10 @@ void expect_carried(const Mesh& solid, Spec spec) {
   const Verdict verdict = verify(made.delivery, &solid, made.spec);
   EXPECT_TRUE(verdict.pass()) << ::testing::PrintToString(failed(verdict));
   EXPECT_GE(holes_of(verdict).size(), 1u);
-  EXPECT_EQ(figure_of(verdict, "hanging_islands"), 0);
-  EXPECT_LT(figure_of(verdict, "roof_share"), 0.02);
-  EXPECT_LE(figure_of(verdict, "widest_bridge_mm"), 1.02 * print_of(spec).drains.diameter_mm);
-  EXPECT_GT(figure_of(verdict, "thinnest_pillar_mm"), 0.99 * print_of(spec).wall_mm);
+  EXPECT_EQ(value_of(verdict, "hanging_islands"), 0);
+  EXPECT_LT(value_of(verdict, "roof_share"), 0.02);
+  EXPECT_LE(value_of(verdict, "widest_bridge_mm"), 1.02 * print_of(spec).drains.diameter_mm);
+  EXPECT_GT(value_of(verdict, "thinnest_pillar_mm"), 0.99 * print_of(spec).wall_mm);
 }
 
 TEST(Drained, HolesKeepClearOfPillars) {
@@ -242,6 +236,26 @@ TEST(Drained, PillarsStandBesideHolesThatAreGiven) {
   floating.print.drains.where = Drains::Where::given;
   floating.print.drains.points_mm = {{0, 0, 19}, {8, 2, 17}};
   expect_carried(uv_ellipsoid(22, 17, 19, 32), floating);
+}
+
+TEST(Drained, HolesKeepAwayFromWhatIsKeptSolid) {
+  const FloatSpec spec = drained<FloatSpec>(true);
+  const HollowResult made = hollow(egg(), spec, as_stl());
+  const Record hole = holes_of(verify(made.delivery, &egg(), made.spec)).at(0);
+  const Eigen::Vector3d at(number_of(hole, "x_mm"), number_of(hole, "y_mm"), number_of(hole, "z_mm"));
+  const std::vector<Mesh> regions = {box(at.array() - 3, at.array() + 3)};
+  const auto kept_mm = [&](const HollowResult& result) {
+    Verdict verdict;
+    judge_kept_solid(
+        result.delivery.solid(),
+        {.regions = regions, .wall_mm = spec.print.wall_mm, .original = &egg(), .drains = &print_of(result.spec).drains}, verdict);
+    EXPECT_EQ(verdict.criteria.size(), 1u);
+    return value_of(verdict, "kept_solid") * spec.print.wall_mm;
+  };
+  EXPECT_LT(kept_mm(made), -1);
+  HollowOptions options = as_stl();
+  options.keep_solid = regions;
+  EXPECT_GE(kept_mm(hollow(egg(), spec, options)), 0.98 * spec.print.wall_mm);
 }
 
 TEST(Drained, RefusesWhatItCannotDo) {

@@ -183,6 +183,11 @@ TEST(KeptSolid, IsCountedProvenAndLeftAlone) {
   const SurfaceQuery region(options.keep_solid[0]);
   for (const Eigen::Vector3d& v : verify_detail::cavities_of(kept.delivery.body()).vertices)
     ASSERT_GT(region.closest(v, 100).distance_mm, 0.98 * spec.print.wall_mm);
+  // Free in the cavity it would be left out: that is said. On a strut it stays.
+  options.keep_solid = {box({-2, -2, 18}, {2, 2, 21})};
+  EXPECT_TRUE(mentions(message_of([&] { hollow(solid, spec, options); }, ErrorCode::usage), {"Region 1", "free in a cavity"}));
+  options.keep_solid = {box({-2, -2, 18}, {2, 2, 40})};
+  EXPECT_TRUE(verify(hollow(solid, spec, options).delivery.body(), &solid, spec).pass());
   options.keep_solid = {flipped(options.keep_solid[0])};
   EXPECT_TRUE(mentions(message_of([&] { hollow(solid, spec, options); }, ErrorCode::usage), {"--keep-solid"}));
 }

@@ -64,6 +64,10 @@ TEST_P(EveryAxle, IsBalancedWithItsSteelAndKeepsTheOutsideButForGapAndBore) {
   EXPECT_EQ(failed(verdict), Names{});
   EXPECT_EQ(verdict.goal, "yo-yo");
   EXPECT_TRUE(in_pieces(result.delivery));
+  // What axle it has its steel tells.
+  Spec untold = result.spec;
+  std::get<SpinSpec>(untold).axle = {};
+  EXPECT_EQ(failed(verify(result.delivery, &solid, untold)), Names{});
   // Mass by hand.
   double mass = 0;
   for (const Part& part : result.delivery.parts) mass += 1e-3 * part.density_g_cm3 * mesh_moments(part.mesh)[M1];

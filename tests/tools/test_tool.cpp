@@ -105,6 +105,14 @@ TEST_F(Tool, WritesPlugsThatCloseTheHoles) {
   EXPECT_TRUE(mentions(run("float egg.stl --drain auto --plug --plug-clearance 1 --drain-diameter 2").err, {"too thin"}));
 }
 
+TEST_F(Tool, SaysWhatComesOutOfHolesAndWhatDoesNot) {
+  const std::string how = "float egg.stl --submerged 0.5 --wall 2 --resolution 40 --drain ";
+  const Run above = run(how + "0,0,16");
+  EXPECT_TRUE(mentions(above.out, {"Nothing of the liquid that is left inside"})) << above.out << above.err;
+  const Run below = run(how + "0,0,16 --print-direction -z");
+  EXPECT_TRUE(mentions(below.out, {"What is left inside comes out of the holes. "})) << below.out << below.err;
+}
+
 TEST_F(Tool, AnOptionMayBeGivenWithoutItsValue) {
   // What is said is noted before the work begins, which is refused.
   const auto noted = [this](const std::string& words) {
@@ -464,8 +472,11 @@ TEST_F(Tool, AYoyoIsInTwoHalvesUnlessItIsToBeOnePiece) {
   const Run judged = run(again.substr(0, again.find('\n')));
   EXPECT_EQ(judged.code, 0) << judged.err;
   EXPECT_TRUE(mentions(judged.out, {"half 1", "an M4 rod", "change of the outer surface"}));
-  // Without its axle told the judge holds it to the whole outside.
-  const Run strict = run("verify puck_spin.3mf --goal yoyo --original puck.stl");
+  // Its steel tells the axle; with another one the judge holds it to the rest of the outside.
+  const Run untold = run("verify puck_spin.3mf --goal yoyo --original puck.stl");
+  EXPECT_EQ(untold.code, 0) << untold.err;
+  EXPECT_TRUE(mentions(untold.out, {"an M4 rod", "4.0 mm apart"}));
+  const Run strict = run("verify puck_spin.3mf --goal yoyo --axle 8mm --gap 4 --original puck.stl");
   EXPECT_EQ(strict.code, 4);
   EXPECT_NE(strict.err.find("outer_unchanged"), std::string::npos);
   EXPECT_TRUE(mentions(judged.out, {"2 cavities stay closed"}));
@@ -500,6 +511,13 @@ TEST_F(Tool, PiecesAreWrittenJudgedAndSeenPutTogether) {
     EXPECT_NEAR(bounding_box(piece).min().z(), 0, 1e-5);
     EXPECT_NEAR(bounding_box(piece).sizes().z(), known["size_z_mm"], 1e-4);
   }
+  // Of the third piece and more nobody knows before they are made.
+  fs::copy_file(folder_ / "egg.stl", folder_ / "q_3.stl");
+  const Run four = run("float q_3.stl --submerged 0.5 --cut 'z=0;x=1' --wall 2 --resolution 40 -o q.stl");
+  EXPECT_EQ(four.code, 2) << four.err;
+  EXPECT_TRUE(mentions(four.err, {"'q_3.stl' is the input itself"})) << four.err;
+  EXPECT_EQ(text_of(folder_ / "q_3.stl"), text_of(folder_ / "egg.stl"));
+  for (const char* name : {"q.3mf", "q_1.stl", "q_2.stl"}) EXPECT_FALSE(fs::exists(folder_ / name)) << name;
   EXPECT_TRUE(mentions(run("float egg.stl --cut sideways").err, {"--cut takes auto, none"}));
   EXPECT_TRUE(mentions(run("float egg.stl --submerged 0.5 --cut z=500 --resolution 40").err, {"does not meet the body"}));
   EXPECT_TRUE(mentions(run("float egg.stl --cut auto --infill 15").err, {"--cut"}));

@@ -1423,22 +1423,35 @@ std::vector<std::filesystem::path> Options::meshes() const {
   return written;
 }
 
-void refuse_overwriting(const Options& options) {
-  const auto same = [](const std::filesystem::path& a, const std::filesystem::path& b) {
-    std::error_code ignored;
-    return !a.empty() && !b.empty() && (std::filesystem::equivalent(a, b, ignored) || a.lexically_normal() == b.lexically_normal());
-  };
+namespace {
+
+bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
+  std::error_code ignored;
+  return !a.empty() && !b.empty() && (std::filesystem::equivalent(a, b, ignored) || a.lexically_normal() == b.lexically_normal());
+}
+
+std::vector<std::filesystem::path> files_read(const Options& options) {
   std::vector<std::filesystem::path> read = {options.input, options.original, options.spec_file};
   for (const FixedFile& file : options.fixed) read.push_back(file.path);
   read.insert(read.end(), options.keep_solid.begin(), options.keep_solid.end());
   read.insert(read.end(), options.deform_fixed.begin(), options.deform_fixed.end());
   read.push_back(options.plugs);
+  return read;
+}
+
+}  // namespace
+
+void refuse_overwriting(const Options& options, const std::filesystem::path& output) {
+  for (const auto& input : files_read(options))
+    if (same_file(output, input))
+      usage_error("The output '" + output.string() + "' is " + (input == options.input ? "the input itself" : "read, too") +
+                  ": choose another name with --output.");
+}
+
+void refuse_overwriting(const Options& options) {
+  const std::vector<std::filesystem::path> read = files_read(options);
   const std::vector<std::filesystem::path> written = options.meshes();
-  for (const auto& output : written)
-    for (const auto& input : read)
-      if (same(output, input))
-        usage_error("The output '" + output.string() + "' is " + (input == options.input ? "the input itself" : "read, too") +
-                    ": choose another name with --output.");
+  for (const auto& output : written) refuse_overwriting(options, output);
   std::vector<std::pair<const char*, std::filesystem::path>> texts = {
       {"report", options.report}, {"html", options.html},   {"save-config", options.saved_config}, {"urdf", options.urdf},
       {"mjcf", options.mjcf},     {"gcode", options.gcode}, {"picture", options.picture}};
@@ -1448,11 +1461,13 @@ void refuse_overwriting(const Options& options) {
     std::vector<std::filesystem::path> meshes = read;
     meshes.insert(meshes.end(), written.begin(), written.end());
     for (const auto& mesh : meshes)
-      if (same(text, mesh))
+      if (same_file(text, mesh))
         usage_error("The " + std::string(name) + " '" + text.string() + "' would overwrite " +
-                    (same(mesh, options.spec_file) ? "what is read" : "a mesh") + ": choose another name with --" + name + ".");
+                    (same_file(mesh, options.spec_file) ? "what is read" : "a mesh") + ": choose another name with --" + name +
+                    ".");
     for (const auto& [other, path] : texts)
-      if (&path != &text && same(text, path)) usage_error("--" + std::string(name) + " and --" + other + " name the same file.");
+      if (&path != &text && same_file(text, path))
+        usage_error("--" + std::string(name) + " and --" + other + " name the same file.");
   }
 }
 

@@ -184,6 +184,8 @@ bool makes_pieces(const Options& options);
 
 /// @throws Error{usage} when an output would overwrite what is read
 void refuse_overwriting(const Options& options);
+/// The same of a file that nobody knew of before the work: of the third piece and more.
+void refuse_overwriting(const Options& options, const std::filesystem::path& output);
 
 /// The words of a command line, the command's name first, with the options of a suggestion in place of their own.
 std::vector<std::string> suggested(int argc, const char* const* argv, const Suggestion& suggestion);

@@ -259,6 +259,8 @@ std::vector<std::string> write_pieces(const Options& options, const Delivery& ma
     const Eigen::Vector3d middle = bounding_box(mesh).center();
     for (Eigen::Vector3d& v : mesh.vertices) v.head<2>() -= middle.head<2>();
     const std::filesystem::path target = options.output_of_piece(paths.size() + 1);
+    refuse_overwriting(options, target);
+    clean_up_beside({target});
     const CheckedMesh back =
         check_mesh(read_mesh(companions.write(target, mesh, Eigen::Vector3d::UnitZ())).mesh, {.unite = false}, progress);
     const double volume_mm3 = mesh_moments(mesh)[M1];
@@ -271,10 +273,20 @@ std::vector<std::string> write_pieces(const Options& options, const Delivery& ma
   return paths;
 }
 
-void judge_kept(const Options& options, const Delivery& delivered, const Spec& spec, Verdict& verdict, const Progress& progress) {
-  if (options.keep_solid.empty()) return;
-  const std::vector<Mesh> regions = read_kept_solid(options, progress);
-  judge_kept_solid(delivered.solid(), {.regions = regions, .wall_mm = print_of(spec).wall_mm}, verdict, progress);
+/// What is looked at, and by what it is told from what it was.
+struct Kept {
+  const Options& options;
+  const Delivery& delivered;
+  const Mesh* original;
+};
+
+void judge_kept(const Kept& what, const Spec& spec, Verdict& verdict, const Progress& progress) {
+  if (what.options.keep_solid.empty()) return;
+  const std::vector<Mesh> regions = read_kept_solid(what.options, progress);
+  const Print& print = print_of(spec);
+  judge_kept_solid(what.delivered.solid(),
+                   {.regions = regions, .wall_mm = print.wall_mm, .original = what.original, .drains = &print.drains}, verdict,
+                   progress);
 }
 
 /// Writes the hollowed mesh and a core beside their final places, has them judged as re-read from disk, and puts them in place if
@@ -328,7 +340,7 @@ void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Pro
   delivered.parts.insert(delivered.parts.end(), plugs.begin(), plugs.end());
   report.after =
       sliced ? sliced->judged(delivered, original, report, progress) : verify(delivered, &original, hollow.spec, {}, progress);
-  judge_kept(options, delivered, hollow.spec, report.after, progress);
+  judge_kept({options, delivered, &original}, hollow.spec, report.after, progress);
   report.before = state_figures(original, hollow.spec, {}, progress);
   Pictures pictures;
   if (report.after.pass() && options.draws()) {
@@ -499,7 +511,7 @@ void verify_one(const Options& options, const ReadMesh& mesh, Stages& stages, co
     if (!options.plugs.empty())
       for (Part& part : read_plugs(options.plugs)) delivered.parts.push_back(std::move(part));
     report.after = verify(delivered, original ? &original->checked.mesh : nullptr, options.spec, {}, progress);
-    judge_kept(options, delivered, options.spec, report.after, progress);
+    judge_kept({options, delivered, original ? &original->checked.mesh : nullptr}, options.spec, report.after, progress);
   } catch (const Error& error) {
     // The check says better than the judge what is wrong with a mesh that has no inside.
     if (error.code() == ErrorCode::input) refuse_unusable(input);
