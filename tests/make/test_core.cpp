@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "mesh/surface_gap.h"
+#include "places.h"
 #include "ray_problems.h"
 #include "rayrep/advice/suggest.h"
 #include "rayrep/base/error.h"
@@ -42,6 +43,16 @@ double value_of(const Verdict& verdict, const std::string& name) {
     if (c.name == name) return c.value;
   ADD_FAILURE() << name;
   return 0;
+}
+
+TEST(Core, HasRoomBesideWhatIsKeptSolid) {
+  SpinSpec spec;
+  spec.print.core = {7.29, "", {}, 0, 0.1};
+  const Mesh bird = read_mesh(source_folder() / "examples" / "bird.stl").mesh;
+  HollowOptions options = coarse(40);
+  options.keep_solid = {box({-4, -4, 25}, {4, 4, 60})};
+  const HollowResult result = hollow(bird, spec, options);
+  EXPECT_LT(value_of(verify(result.delivery, &bird, result.spec), "inserts_fit"), 0.05);
 }
 
 TEST(Core, IsDeliveredProvenAndWeighed) {
