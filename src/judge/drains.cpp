@@ -111,6 +111,8 @@ void judge_plugs(const Drained& what, const Progress& progress, Verdict& verdict
     verdict.criteria.push_back(at_least("plug_clearance", "smallest clearance of a plug, over the one asked for",
                                         clear_mm / drains.clearance_mm, kLeastClearance));
   verdict.criteria.push_back(at_most("plugs_flush", "how far a plug stands out, mm", stands_out_mm, kStandsOut_mm));
+  if (open > 0 && plugs.empty())
+    verdict.notes.push_back("There are no plugs in what is judged: where they are in a file of their own, name it (--plugs).");
   if (open > 0 || plugs.empty()) return;
   verdict.notes.push_back("Assumed: " + plural(plugs.size(), "plug is", "plugs are") +
                           " glued in flush and tight, after what is inside has run out.");

@@ -316,6 +316,8 @@ TEST(Drained, JudgeAllowsHolesAlone) {
   Delivery unplugged = made.delivery;
   unplugged.parts.pop_back();
   EXPECT_TRUE(has(judged(unplugged, made.spec), "plugged"));
+  std::erase_if(unplugged.parts, [](const Part& part) { return part.role == Part::Role::plug; });
+  EXPECT_TRUE(mentions(verify(unplugged, &egg(), made.spec).notes.back(), {"no plugs", "--plugs"}));
   Delivery beside = made.delivery;
   const auto outward_of = [](const Mesh& plug) {
     const Moments s = mesh_moments(plug);
