@@ -61,7 +61,7 @@ public:
   Moments next(const Moments& c, const Moments& D, double error, bool smooth) {
     if (!smooth) feedback_.forget();
     const Moments whole = feedback_.next(c, D);
-    const bool better = error < least_error_;
+    const bool better = ++made_ <= 2 || error < least_error_;  // the first one may have been good by chance
     lost_ = !better && !smooth;
     if (better) {
       least_error_ = error;
@@ -80,6 +80,7 @@ public:
     feedback_.forget();
     least_error_ = std::numeric_limits<double>::infinity();
     part_ = 1;
+    made_ = 0;
     lost_ = false;
     return start_;
   }
@@ -91,6 +92,7 @@ private:
   Moments from_best_ = Moments::Zero();
   double least_error_ = std::numeric_limits<double>::infinity();
   double part_ = 1;
+  int made_ = 0;  ///< so many bodies
   bool lost_ = false;
 };
 
@@ -126,7 +128,8 @@ Moments solve_as_built(const AsBuilt& problem, InteriorSolver solver, Maker& mak
     correction = way.start_anew();
     return true;
   };
-  for (int pass = 1; pass <= problem.max_passes; ++pass) {
+  int most_passes = problem.max_passes;
+  for (int pass = 1; pass <= most_passes; ++pass) {
     progress.begin("solve");
     InteriorSolver::Solved solved = solver.solve(problem.shell + correction, progress);
     result.solver_iterations += solved.report.iterations;
@@ -150,7 +153,7 @@ Moments solve_as_built(const AsBuilt& problem, InteriorSolver solver, Maker& mak
     // may stay.
     constexpr double kOfCuts = 2e-5;
     const bool slow = had_adapted && e > std::max(0.9 * last_error, kOfCuts);
-    const bool useless = slow && (e > last_error || was_slow) && pass < problem.max_passes;
+    const bool useless = slow && (e > last_error || was_slow) && pass < most_passes;
     was_slow = slow;
     if (maker.adapted() && (useless || maker.spoilt())) {
       maker.make_anew({solved.q, solved.price});
@@ -165,7 +168,10 @@ Moments solve_as_built(const AsBuilt& problem, InteriorSolver solver, Maker& mak
     // Meshed, and not much nearer than before (in the first pass 2 %): the cavities are too thin for this grid.
     const bool stuck = !maker.adapted() && e > std::max(1e-3, 0.2 * last_error);
     last_error = e;
-    if (stuck && start_finer()) continue;
+    if (stuck && start_finer()) {
+      most_passes += pass;  // those before do not count
+      continue;
+    }
     correction = way.next(correction, correction + maker.moments() - solved.model, e, maker.adapted());
   }
   return best_correction;
