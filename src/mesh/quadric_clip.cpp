@@ -34,8 +34,10 @@ struct Landed {
 /// Cuts a mesh along f = 0, where f changes its sign at most once along each edge.
 class Cutter {
 public:
-  Cutter(Mesh mesh, const QuadricRefiner& refiner, const Quadric& f, const QuadricClipOptions& options)
+  /// @param keeps_chords  whether chords of the curve may not become longer than they are where points become one
+  Cutter(Mesh mesh, const QuadricRefiner& refiner, const Quadric& f, const QuadricClipOptions& options, bool keeps_chords)
       : mesh_(std::move(mesh)),
+        keeps_chords_(keeps_chords && options.surface),
         value_(refiner.values()),
         is_new_(refiner.is_new()),
         is_moved_(refiner.is_moved()),
@@ -222,10 +224,8 @@ private:
     if (is_new) place->second = land_.on_curve(mesh_.vertices[n], reach);
     const std::optional<Vector3d>& p = place->second;
     if (!p || (*p - mesh_.vertices[n]).norm() > reach) return;
-    // It makes chords longer.
-    if (std::any_of(fans.begin(), fans.end(),
-                    [&](const Fan& fan) { return above(fan[0]) != above(fan[1]) && is_far(*p, on_edge(fan[0], fan[1])); }))
-      return;
+    const auto is_long = [&](const Fan& fan) { return above(fan[0]) != above(fan[1]) && is_far(*p, on_edge(fan[0], fan[1])); };
+    if (keeps_chords_ && std::any_of(fans.begin(), fans.end(), is_long)) return;
     before_.emplace(n, mesh_.vertices[n] - value_[n] / along.squaredNorm() * along);
     mesh_.vertices[n] = *p;
     snapped_[n] = 1;
@@ -426,7 +426,7 @@ private:
       around.insert(around.end(), triangles.begin(), triangles.end());
       const auto is_worse = [this](std::size_t t) {
         const Piece left = piece(mesh_.triangles[t]);
-        return is_folded(t) || lacks_wall(left, options_.error_mm) || lacks_cap(left);
+        return is_folded(t) || lacks_wall(left, options_.error_mm) || (keeps_chords_ && lacks_cap(left));
       };
       if ((may_close_ || neighbours(other, around).size() >= 2) && std::none_of(triangles.begin(), triangles.end(), is_worse)) {
         std::vector<int>& joined = groups_[other];
@@ -540,6 +540,8 @@ private:
           number[n] = static_cast<int>(result.mesh.vertices.size());
           result.mesh.vertices.push_back(cut.vertices[n]);
           const bool is_settled = before_.contains(n);  // on both surfaces
+          if (next.contains(n) && !is_settled && options_.surface)
+            result.off_mm = std::max(result.off_mm, std::abs(land_.height(cut.vertices[n])));
           result.on.push_back(next.contains(n) && is_settled    ? On::crease
                               : next.contains(n) || t >= pieces ? On::cap
                                                                 : On::surface);
@@ -553,6 +555,7 @@ private:
   }
 
   Mesh mesh_;
+  bool keeps_chords_;
   std::vector<double> value_;
   std::vector<char> is_new_, is_moved_;
   const Quadric& f_;
@@ -578,7 +581,7 @@ void keep_to_surface(const Mesh& mesh, QuadricRefiner& refiner, const Quadric& f
   constexpr int kRounds = 8;
   if (!options.surface) return;
   for (int round = 0; round < kRounds; ++round) {
-    Cutter cutter(mesh, refiner, f, options);
+    Cutter cutter(mesh, refiner, f, options, false);
     if (refiner.land(cutter.place(landed))) {
       landed = {};
       continue;
@@ -589,7 +592,7 @@ void keep_to_surface(const Mesh& mesh, QuadricRefiner& refiner, const Quadric& f
 }
 
 /// Splits triangles in which the curve does not find its place until it does, or that no longer helps.
-Cutter placed(const Mesh& mesh, QuadricRefiner& refiner, const Quadric& f, const QuadricClipOptions& options) {
+Cutter placed(const Mesh& mesh, QuadricRefiner& refiner, const Quadric& f, const QuadricClipOptions& options, bool keeps_chords) {
   constexpr int kRounds = 12;
   constexpr int kPatience = 2;  // rounds in which what has no place does not become that much less
   constexpr double kLess = 0.9;
@@ -599,7 +602,7 @@ Cutter placed(const Mesh& mesh, QuadricRefiner& refiner, const Quadric& f, const
   double least_mm = HUGE_VAL;
   int patience = kPatience;
   for (int round = 0; round < kRounds && patience > 0; ++round) {
-    Cutter cutter(mesh, refiner, f, options);
+    Cutter cutter(mesh, refiner, f, options, keeps_chords);
     const std::vector<std::size_t> folds = cutter.place(landed);
     const double length_mm = cutter.length_in(folds);
     --patience;
@@ -617,11 +620,12 @@ Cutter placed(const Mesh& mesh, QuadricRefiner& refiner, const Quadric& f, const
   return std::move(*best);
 }
 
+/// @returns none where what it bounds cannot be capped
 std::optional<QuadricClipped> cut_along(const Mesh& mesh, QuadricRefiner& refiner, const Quadric& f,
-                                        const QuadricClipOptions& options) {
+                                        const QuadricClipOptions& options, bool keeps_chords) {
   constexpr int kRounds = 3;
   for (int round = 0;; ++round) {
-    Cutter cutter = placed(mesh, refiner, f, options);
+    Cutter cutter = placed(mesh, refiner, f, options, keeps_chords);
     std::optional<QuadricClipped> result;
     std::size_t fewest = 0;
     std::vector<std::size_t> tangled;
@@ -638,11 +642,16 @@ std::optional<QuadricClipped> cut_along(const Mesh& mesh, QuadricRefiner& refine
       if (result) return result;
     }
     // A triangle's number stays that of a part of it.
-    if (round < kRounds && options.surface && refiner.split(tangled)) continue;
-    // Nearer to each other than the surfaces are to their mesh: on the mesh itself curves do not cross.
-    cutter.take_back_all();
-    return cutter.assemble();
+    if (round == kRounds || !options.surface || !refiner.split(tangled)) return std::nullopt;
   }
+}
+
+/// Where curves are nearer to each other than the surfaces are to their mesh: on the mesh itself they do not cross.
+std::optional<QuadricClipped> cut_on_mesh(const Mesh& mesh, QuadricRefiner& refiner, const Quadric& f,
+                                          const QuadricClipOptions& options) {
+  Cutter cutter = placed(mesh, refiner, f, options, false);
+  cutter.take_back_all();
+  return cutter.assemble();
 }
 
 }  // namespace
@@ -651,7 +660,15 @@ std::optional<QuadricClipped> clip_by_quadric(const Mesh& mesh, const Quadric& f
   Mesh refined = mesh;
   QuadricRefiner refiner(refined, f, options);
   refiner.run();
-  std::optional<QuadricClipped> result = cut_along(refined, refiner, f, options);
+  // Chords on flat walls are long: caps along those that leave the quadric face both ways. But what may not become one with a
+  // neighbour is left where it is.
+  std::optional<QuadricClipped> result;
+  for (const bool keeps_chords : {true, false}) {
+    std::optional<QuadricClipped> cut = cut_along(refined, refiner, f, options, keeps_chords);
+    if (cut && (!result || cut->off_mm < result->off_mm)) result = std::move(cut);
+    if (!options.surface || (result && result->off_mm <= options.error_mm)) break;
+  }
+  if (!result) result = cut_on_mesh(refined, refiner, f, options);
   if (!result) return result;
   const auto is_whole = [](QuadricClipped::On on) { return on == QuadricClipped::On::surface; };
   if (std::all_of(result->on.begin(), result->on.end(), is_whole) && holds_ellipsoid(mesh, f)) {

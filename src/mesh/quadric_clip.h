@@ -31,6 +31,7 @@ struct QuadricClipped {
   enum class On : char { surface, crease, cap };
   Mesh mesh;                 ///< closed
   std::vector<On> on;        ///< of each vertex; points of the cut that found no place on both surfaces are of the cap
+  double off_mm = 0;         ///< how far from the surface these are at most
   std::vector<char> is_new;  ///< of each vertex: whether it is none of the mesh that was cut, or was moved
 };
 
