@@ -128,6 +128,11 @@ Moments solve_as_built(const AsBuilt& problem, InteriorSolver solver, Maker& mak
     correction = way.start_anew();
     return true;
   };
+  const auto take_all = [&] {
+    if (!maker.take_all()) return false;
+    correction = way.start_anew();
+    return true;
+  };
   int most_passes = problem.max_passes;
   for (int pass = 1; pass <= most_passes; ++pass) {
     progress.begin("solve");
@@ -136,7 +141,8 @@ Moments solve_as_built(const AsBuilt& problem, InteriorSolver solver, Maker& mak
     if (solved.report.status != SolveStatus::converged) {
       if (pass == 1) throw unsolved(solved.report);
       // At the edge of what can be met a coarse mesh asks for more than there is.
-      if (!start_finer()) break;
+      if (!start_finer() && !take_all()) break;
+      most_passes = problem.max_passes + pass;
       continue;
     }
     result.passes = pass;

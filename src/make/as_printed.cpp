@@ -31,6 +31,7 @@ public:
     measure();
   }
   bool refine() override { return inner_.refine(); }
+  bool take_all() override { return inner_.take_all(); }
   bool adapted() const override { return inner_.adapted(); }
   bool spoilt() const override { return inner_.spoilt(); }
   const Moments& moments() const override { return moments_; }

@@ -65,6 +65,15 @@ bool CavityMaker::refine() {
   return true;
 }
 
+/// Chords of cuts lie inside of the wall's surface.
+bool CavityMaker::take_all() {
+  if (!cuts_) return false;
+  cavity_ = {};
+  clipped_.reset();
+  cuts_ = false;
+  return true;
+}
+
 bool CavityMaker::spoilt() const { return followed_ && cavity_.crossing > crossing_anew_; }
 
 Made CavityMaker::made() const {

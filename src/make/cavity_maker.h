@@ -25,6 +25,7 @@ public:
   void make(const Switching& switching) override;
   void make_anew(const Switching& switching) override;
   bool refine() override;
+  bool take_all() override;
   bool adapted() const override { return followed_; }
   bool spoilt() const override;
   const Moments& moments() const override { return moments_; }

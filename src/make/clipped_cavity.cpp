@@ -61,10 +61,15 @@ std::optional<CavityMesh> ClippedCavity::cut(const Moments& q) {
 std::optional<CavityMesh> ClippedCavity::cut_anew(const Moments& q) {
   last_.reset();
   if (made_.crossing > 0 || !mend_what_is_left(quadric_of(q))) return std::nullopt;
-  std::optional<QuadricClipped> cut = clip_by_quadric(offset_, quadric_of(q), clip_options());
-  if (!cut) return std::nullopt;
-  Mesh mesh = cut->mesh;
-  return mended(std::move(*cut), std::move(mesh));
+  QuadricClipOptions clip = clip_options();
+  for (const bool keeps_chords : {true, false}) {
+    clip.keeps_chords = keeps_chords;
+    std::optional<QuadricClipped> cut = clip_by_quadric(offset_, quadric_of(q), clip);
+    if (!cut) break;
+    Mesh mesh = cut->mesh;
+    if (std::optional<CavityMesh> cavity = mended(std::move(*cut), std::move(mesh))) return cavity;
+  }
+  return std::nullopt;
 }
 
 std::optional<CavityMesh> ClippedCavity::follow(const Moments& q) {

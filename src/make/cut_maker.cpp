@@ -42,6 +42,7 @@ public:
     settle();
   }
   bool refine() override { return maker_->refine(); }
+  bool take_all() override { return maker_->take_all(); }
   bool adapted() const override { return maker_->adapted(); }
   bool spoilt() const override { return maker_->spoilt(); }
   const Moments& moments() const override { return moments_; }

@@ -20,6 +20,7 @@ public:
   void make(const Switching& switching) override;
   void make_anew(const Switching& switching) override;
   bool refine() override { return cavities_->refine(); }
+  bool take_all() override { return cavities_->take_all(); }
   bool adapted() const override { return cavities_->adapted(); }
   bool spoilt() const override { return cavities_->spoilt(); }
   const Moments& moments() const override { return moments_; }

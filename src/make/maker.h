@@ -32,6 +32,9 @@ public:
   virtual void make_anew(const Switching& switching) = 0;
   /// What is made from now on is made on the finest grid that is of use. @returns false when it was that fine already
   virtual bool refine() = 0;
+  /// What is made from now on takes all of the inner domain that there is, at the price of more triangles.
+  /// @returns false when it did so already
+  virtual bool take_all() { return false; }
 
   virtual bool adapted() const = 0;            ///< the last make only adapted what was there
   virtual bool spoilt() const = 0;             ///< adapting has spoilt it: it must be made anew

@@ -50,6 +50,7 @@ public:
   void make(const Switching& switching) override { maker_->make(switching); }
   void make_anew(const Switching& switching) override { maker_->make_anew(switching); }
   bool refine() override { return maker_->refine(); }
+  bool take_all() override { return maker_->take_all(); }
   bool adapted() const override { return maker_->adapted(); }
   bool spoilt() const override { return maker_->spoilt(); }
   const Moments& moments() const override { return maker_->moments(); }

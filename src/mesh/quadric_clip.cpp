@@ -664,6 +664,7 @@ std::optional<QuadricClipped> clip_by_quadric(const Mesh& mesh, const Quadric& f
   // neighbour is left where it is.
   std::optional<QuadricClipped> result;
   for (const bool keeps_chords : {true, false}) {
+    if (keeps_chords && !options.keeps_chords) continue;
     std::optional<QuadricClipped> cut = cut_along(refined, refiner, f, options, keeps_chords);
     if (cut && (!result || cut->off_mm < result->off_mm)) result = std::move(cut);
     if (!options.surface || (result && result->off_mm <= options.error_mm)) break;

@@ -23,6 +23,8 @@ struct QuadricClipOptions {
   /// Vertices at which f is 0 count as above it. Who cuts by f and by -f wants that of one of them, so that the parts are one
   /// another's complement, corner by corner.
   bool zero_is_above = false;
+  /// Whether chords of the curve may not become longer where points become one, if that leaves no point without a place.
+  bool keeps_chords = true;
 
   bool is_above(double f) const { return f > 0 || (f == 0 && zero_is_above); }
 };
