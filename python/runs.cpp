@@ -176,10 +176,7 @@ struct Kept {
 void judge_kept(const Kept& what, const Spec& spec, Verdict& verdict, const Progress& progress) {
   if (what.options.keep_solid.empty()) return;
   const std::vector<Mesh> regions = kept_solid(what.options, progress);
-  const Print& print = print_of(spec);
-  judge_kept_solid(what.judged.solid(),
-                   {.regions = regions, .wall_mm = print.wall_mm, .original = what.original, .drains = &print.drains}, verdict,
-                   progress);
+  judge_kept_solid(what.judged.solid(), kept_solid_terms(regions, spec, what.original), verdict, progress);
 }
 
 RunReport start_report(const Options& options, const Input& input) {
@@ -374,9 +371,9 @@ Outcome hollow_changed(const Words& words, const Options& options, const Given& 
 /// The original, with bodies of it that overlap made one as for a maker, unless those of what is judged were left as they are.
 Input original_of(const Options& options, const Given& given, const Input& judged, const Progress& progress) {
   Input original = input_for(given.original, options.original, options, kChecksOfOriginal, progress);
-  const bool left = original.checked.report.first_aid.bodies_united > 0 &&
-                    check_mesh(judged.checked.mesh, kChecksOfOriginal, progress).report.first_aid.bodies_united > 0;
-  return left ? input_for(given.original, options.original, options, kChecksToJudge, progress) : original;
+  return tool::overlaps_stand(original.checked, judged.checked.mesh, progress)
+             ? input_for(given.original, options.original, options, kChecksToJudge, progress)
+             : original;
 }
 
 }  // namespace

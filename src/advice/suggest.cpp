@@ -176,10 +176,7 @@ private:
       const Mesh mesh = mesh_with(change);
       const HollowResult result = hollow(mesh, spec_with(change), options, quiet_);
       Verdict verdict = verify(result.delivery, &mesh, result.spec, {}, quiet_);
-      const Print& print = print_of(result.spec);
-      judge_kept_solid(result.delivery.solid(),
-                       {.regions = options.keep_solid, .wall_mm = print.wall_mm, .original = &mesh, .drains = &print.drains},
-                       verdict, quiet_);
+      judge_kept_solid(result.delivery.solid(), kept_solid_terms(options.keep_solid, result.spec, &mesh), verdict, quiet_);
       return verdict.pass();
     } catch (const Error& error) {
       if (error.code() == ErrorCode::interrupted) throw;

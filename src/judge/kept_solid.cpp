@@ -43,6 +43,11 @@ Mesh rooms_of(const Mesh& delivered, const KeptSolidTerms& terms, const Progress
 
 }  // namespace
 
+KeptSolidTerms kept_solid_terms(const std::vector<Mesh>& regions, const Spec& spec, const Mesh* original) {
+  const Print& print = print_of(spec);
+  return {.regions = regions, .wall_mm = print.wall_mm, .original = original, .drains = &print.drains};
+}
+
 void judge_kept_solid(const Mesh& delivered, const KeptSolidTerms& terms, Verdict& verdict, const Progress& progress) {
   if (terms.regions.empty()) return;
   Figure figure{.name = "kept_solid_mm", .words = "cavities from what is kept solid", .unit = Unit::mm, .value = {}};

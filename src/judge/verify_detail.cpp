@@ -416,26 +416,18 @@ void judge_trapped(const Surface& surface, const Print& print, const Progress& p
                           " g. If you will drill a hole into each, drain it and close the hole, say --drained.");
 }
 
-double figure_of(const Verdict& verdict, const char* name) {
-  for (const Figure& figure : verdict.figures)
-    if (const double* value = std::get_if<double>(&figure.value); value && figure.name == name) return *value;
-  return 0;
-}
-
 /// Of roofs that were to be self-supporting: what of them is not.
-void note_roofs(const Print& print, Verdict& verdict) {
+void note_roofs(const Overhang& found, const Print& print, Verdict& verdict) {
   if (!(print.self_supporting_deg > 0)) return;
   constexpr double kMostShare = 0.01;
-  const double share = figure_of(verdict, "roof_share");
-  const double bridge_mm = figure_of(verdict, "widest_bridge_mm");
-  const double islands = figure_of(verdict, "hanging_islands");
   std::string what;
   const auto add = [&what](bool is_so, const std::string& words) {
     if (is_so) what += (what.empty() ? "" : ", ") + words;
   };
-  add(islands > 0, plural(static_cast<std::size_t>(islands), "piece begins", "pieces begin") + " in mid-air");
-  add(share > kMostShare && print.self_supporting_deg >= 45, number(100 * share, 1) + " % of the cavities' surface is flatter");
-  add(bridge_mm > print.drains.diameter_mm, "a layer bridges " + number(bridge_mm, 1) + " mm");
+  add(found.islands > 0, plural(found.islands, "piece begins", "pieces begin") + " in mid-air");
+  add(found.roof_share() > kMostShare && print.self_supporting_deg >= 45,
+      number(100 * found.roof_share(), 1) + " % of the cavities' surface is flatter");
+  add(found.bridge_mm > print.drains.diameter_mm, "a layer bridges " + number(found.bridge_mm, 1) + " mm");
   if (what.empty()) return;
   verdict.notes.push_back("Not all roofs came out self-supporting at " + shown(print.self_supporting_deg) + " degrees: " + what +
                           ". Look at the layers in the slicer, or print it in another direction (--print-direction).");
@@ -449,7 +441,7 @@ void tell_overhang(const Surface& surface, const SurfaceTerms& terms, const Prog
   Overhang found = overhang(rooms_in(surface, progress), print, progress);
   found.sealed_mm3 = surface.cavities.triangles.empty() ? 0 : -mesh_moments(surface.cavities)[M1];
   verdict.figures = figures_of(found, print);
-  note_roofs(terms.print, verdict);
+  note_roofs(found, terms.print, verdict);
 }
 
 }  // namespace

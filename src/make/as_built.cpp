@@ -123,17 +123,11 @@ Moments solve_as_built(const AsBuilt& problem, InteriorSolver solver, Maker& mak
   result.as_built_error = std::numeric_limits<double>::infinity();
   double last_error = 0.1;
   bool was_slow = false;
-  const auto start_finer = [&] {
-    if (!maker.refine()) return false;
-    correction = way.start_anew();
-    return true;
-  };
-  const auto take_all = [&] {
-    if (!maker.take_all()) return false;
-    correction = way.start_anew();
-    return true;
-  };
   int most_passes = problem.max_passes;
+  const auto start_anew = [&](int pass) {
+    correction = way.start_anew();
+    most_passes = problem.max_passes + pass;  // those before do not count
+  };
   for (int pass = 1; pass <= most_passes; ++pass) {
     progress.begin("solve");
     InteriorSolver::Solved solved = solver.solve(problem.shell + correction, progress);
@@ -141,8 +135,8 @@ Moments solve_as_built(const AsBuilt& problem, InteriorSolver solver, Maker& mak
     if (solved.report.status != SolveStatus::converged) {
       if (pass == 1) throw unsolved(solved.report);
       // At the edge of what can be met a coarse mesh asks for more than there is.
-      if (!start_finer() && !take_all()) break;
-      most_passes = problem.max_passes + pass;
+      if (!maker.refine() && !maker.take_all()) break;
+      start_anew(pass);
       continue;
     }
     result.passes = pass;
@@ -174,8 +168,8 @@ Moments solve_as_built(const AsBuilt& problem, InteriorSolver solver, Maker& mak
     // Meshed, and not much nearer than before (in the first pass 2 %): the cavities are too thin for this grid.
     const bool stuck = !maker.adapted() && e > std::max(1e-3, 0.2 * last_error);
     last_error = e;
-    if (stuck && start_finer()) {
-      most_passes += pass;  // those before do not count
+    if (stuck && maker.refine()) {
+      start_anew(pass);
       continue;
     }
     correction = way.next(correction, correction + maker.moments() - solved.model, e, maker.adapted());

@@ -30,10 +30,8 @@ DrainedMaker::DrainedMaker(std::unique_ptr<Maker> cavities, const Body& body, co
       options_(options),
       progress_(progress),
       float32_(is_float32(body.outer)),
-      places_(body, spec, triangles_of(rooms_of(options.fixed)), pillars_of(options)),
-      fixed_(moment_map(body.to_working) * fixed_moments(options.fixed, print_of(spec).density_g_cm3)) {
-  places_.keep_clear_of(options.keep_solid);
-}
+      places_(body, spec, triangles_of(rooms_of(options.fixed)), pillars_of(options), options.keep_solid),
+      fixed_(moment_map(body.to_working) * fixed_moments(options.fixed, print_of(spec).density_g_cm3)) {}
 
 void DrainedMaker::make(const Switching& switching) {
   cavities_->make(switching);

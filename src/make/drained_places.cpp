@@ -128,7 +128,8 @@ double DrainPlaces::Cavity::height_with(double share, const Eigen::Vector3d& up)
   return 0.5 * (lo + hi);
 }
 
-DrainPlaces::DrainPlaces(const Body& body, const Spec& spec, std::size_t rooms, std::vector<Rod> pillars)
+DrainPlaces::DrainPlaces(const Body& body, const Spec& spec, std::size_t rooms, std::vector<Rod> pillars,
+                         const std::vector<Mesh>& solid)
     : body_(body),
       spec_(spec),
       drains_(print_of(spec).drains),
@@ -142,6 +143,9 @@ DrainPlaces::DrainPlaces(const Body& body, const Spec& spec, std::size_t rooms, 
       pillars_(std::move(pillars)) {
   refuse_own_cavities(without_last(body.outer, rooms));
   std::visit([this](const auto& s) { add_bound(s); }, spec);
+  Mesh all;
+  for (const Mesh& region : solid) append(all, region);
+  if (!all.triangles.empty()) kept_solid_.emplace(with_merged_vertices(all));
 }
 
 double DrainPlaces::lowest_along(const Eigen::Vector3d& up) const {
@@ -237,12 +241,6 @@ bool DrainPlaces::is_clear_of_pillars(const DrainHole& hole) const {
   const Rod drilled = hole.rod(radius_mm_);
   return std::all_of(pillars_.begin(), pillars_.end(),
                      [&](const Rod& pillar) { return gap_mm(drilled, pillar) >= kClearOfPillars_mm; });
-}
-
-void DrainPlaces::keep_clear_of(const std::vector<Mesh>& regions) {
-  Mesh all;
-  for (const Mesh& region : regions) append(all, region);
-  if (!all.triangles.empty()) kept_solid_.emplace(with_merged_vertices(all));
 }
 
 /// What is kept solid lies neither around it nor within the wall of it.

@@ -35,10 +35,8 @@ public:
   /// Keeps references. @param spec  filled in: waterline, axis, contact point
   /// @param rooms    so many of the last triangles of Body::outer are of rooms for what is fixed in it
   /// @param pillars  that holes keep clear of
-  DrainPlaces(const Body& body, const Spec& spec, std::size_t rooms, std::vector<Rod> pillars);
-
-  /// Holes are as far from these regions as cavities are. @param regions  closed, facing outward
-  void keep_clear_of(const std::vector<Mesh>& regions);
+  /// @param solid    regions that they are as far from as cavities are: closed, facing outward
+  DrainPlaces(const Body& body, const Spec& spec, std::size_t rooms, std::vector<Rod> pillars, const std::vector<Mesh>& solid);
 
   /// The holes asked for: at the places given, or for each cavity where it drains and where air comes in, and more while something
   /// would stay in it.

@@ -377,6 +377,20 @@ TEST(QuadricClip, CreasesAreOnTheCurveWhereTheMeshCutsOffRidges) {
     }
 }
 
+/// Of the sides along creases of what is left of the surface.
+std::vector<Vector3d> middles_of_creases(const QuadricClipped& cut) {
+  using On = QuadricClipped::On;
+  std::vector<Vector3d> middles;
+  for (const Eigen::Vector3i& t : cut.mesh.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const int a = t[k];
+      const int b = t[(k + 1) % 3];
+      if (cut.on[a] == On::crease && cut.on[b] == On::crease && cut.on[t[(k + 2) % 3]] == On::surface)
+        middles.push_back(0.5 * (cut.mesh.vertices[a] + cut.mesh.vertices[b]));
+    }
+  return middles;
+}
+
 TEST(QuadricClip, ChordsOfCreasesDoNotLeaveTheSurface) {
   // A wall is outside: where a torus bends inward chords of the mesh take 0.06 mm of it.
   const Solid ring = solids()[1];
@@ -389,15 +403,10 @@ TEST(QuadricClip, ChordsOfCreasesDoNotLeaveTheSurface) {
   for (int n = 0; n < 12; ++n) {
     const auto cut = clip_by_quadric(mesh, Quadric::plane(random.in_box(1).normalized(), random.uniform(-5, 5)), options);
     if (!cut) continue;
-    const auto is_crease = [&cut](int v) { return cut->on[v] == QuadricClipped::On::crease; };
-    for (const Eigen::Vector3i& t : cut->mesh.triangles)
-      for (int k = 0; k < 3; ++k) {
-        const int a = t[k];
-        const int b = t[(k + 1) % 3];
-        if (!is_crease(a) || !is_crease(b) || cut->on[t[(k + 2) % 3]] != QuadricClipped::On::surface) continue;
-        ++creases;
-        EXPECT_LT(ring.height(0.5 * (cut->mesh.vertices[a] + cut->mesh.vertices[b])), 0.6 * kChord) << n;
-      }
+    for (const Vector3d& p : middles_of_creases(*cut)) {
+      ++creases;
+      EXPECT_LT(ring.height(p), 0.6 * kChord) << n;
+    }
   }
   EXPECT_GT(creases, 500);
 }
@@ -421,15 +430,10 @@ TEST(QuadricClip, ChordsOfCreasesOnFlatWallsAreCapped) {
                        0.5 * sign * (centre.squaredNorm() / radius - radius)};
     const auto cut = clip_by_quadric(mesh, ball, options);
     ASSERT_TRUE(cut) << n;
-    const auto is_crease = [&cut](int v) { return cut->on[v] == QuadricClipped::On::crease; };
-    for (const Eigen::Vector3i& t : cut->mesh.triangles)
-      for (int k = 0; k < 3; ++k) {
-        const int a = t[k];
-        const int b = t[(k + 1) % 3];
-        if (!is_crease(a) || !is_crease(b) || cut->on[t[(k + 2) % 3]] != QuadricClipped::On::surface) continue;
-        ++creases;
-        far += std::abs(ball.distance(0.5 * (cut->mesh.vertices[a] + cut->mesh.vertices[b]))) > 1.2 * kChord;
-      }
+    for (const Vector3d& p : middles_of_creases(*cut)) {
+      ++creases;
+      far += std::abs(ball.distance(p)) > 1.2 * kChord;
+    }
   }
   EXPECT_GT(creases, 2000);
   EXPECT_LE(far, creases / 100);

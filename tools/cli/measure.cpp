@@ -45,6 +45,11 @@ Delivery delivery_of(MeshFile file, const std::optional<double>& percent_laid_do
   return delivery;
 }
 
+bool overlaps_stand(const CheckedMesh& original, const Mesh& judged, const Progress& progress) {
+  return original.report.first_aid.bodies_united > 0 &&
+         check_mesh(judged, {.self_intersections = false}, progress).report.first_aid.bodies_united > 0;
+}
+
 std::vector<Part> read_plugs(const std::filesystem::path& path) {
   MeshFile file = read_mesh(path);
   std::vector<Part> parts = std::move(file.modifiers);

@@ -17,6 +17,9 @@ Measurement measured(const Options& options, const Mesh* mesh, const std::string
 /// What a file that is written holds: its mesh and, of 3MF, where it is printed sparsely.
 Delivery delivery_of(MeshFile file, const std::optional<double>& percent_laid_down);
 
+/// Whether bodies that overlap, and were made one in an original, stand in what is judged by it as they were.
+bool overlaps_stand(const CheckedMesh& original, const Mesh& judged, const Progress& progress);
+
 /// What closes holes, as it was written. @throws Error{input}
 std::vector<Part> read_plugs(const std::filesystem::path& path);
 

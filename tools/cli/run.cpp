@@ -283,10 +283,7 @@ struct Kept {
 void judge_kept(const Kept& what, const Spec& spec, Verdict& verdict, const Progress& progress) {
   if (what.options.keep_solid.empty()) return;
   const std::vector<Mesh> regions = read_kept_solid(what.options, progress);
-  const Print& print = print_of(spec);
-  judge_kept_solid(what.delivered.solid(),
-                   {.regions = regions, .wall_mm = print.wall_mm, .original = what.original, .drains = &print.drains}, verdict,
-                   progress);
+  judge_kept_solid(what.delivered.solid(), kept_solid_terms(regions, spec, what.original), verdict, progress);
 }
 
 /// Writes the hollowed mesh and a core beside their final places, has them judged as re-read from disk, and puts them in place if
@@ -486,9 +483,8 @@ void tell_verdict(const Options& options, RunReport& report, const Delivery& jud
 /// The original, with bodies of it that overlap made one as for a maker, unless those of what is judged were left as they are.
 ReadMesh original_of(const Options& options, const ReadMesh& judged, const Progress& progress) {
   ReadMesh original = read(options.original, options, kChecksOfOriginal, progress);
-  const bool left = original.checked.report.first_aid.bodies_united > 0 &&
-                    check_mesh(judged.checked.mesh, kChecksOfOriginal, progress).report.first_aid.bodies_united > 0;
-  return left ? read(options.original, options, kChecksToJudge, progress) : original;
+  return overlaps_stand(original.checked, judged.checked.mesh, progress) ? read(options.original, options, kChecksToJudge, progress)
+                                                                         : original;
 }
 
 void verify_one(const Options& options, const ReadMesh& mesh, Stages& stages, const Progress& progress) {

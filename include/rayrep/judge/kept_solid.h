@@ -16,10 +16,12 @@ struct KeptSolidTerms {
   const Drains* drains = nullptr;    ///< the holes it may have; null: none
 };
 
+/// Of a body that is made or judged by a spec. Keeps references to all. @param original  as KeptSolidTerms::original
+KeptSolidTerms kept_solid_terms(const std::vector<Mesh>& regions, const Spec& spec, const Mesh* original);
+
 /// Adds to a verdict, from the delivered triangles alone:
 ///   kept_solid   smallest distance of a cavity, or of a hole into one, from a region over the wall, at least wall_ratio (without a
-///   wall: in mm, at least
-///                0); negative where a cavity reaches into one, or a region lies in a cavity
+///                wall: in mm, at least 0); negative where a cavity reaches into one, or a region lies in a cavity
 /// and the figure kept_solid_mm, that distance: none without cavities. Without regions nothing.
 /// @throws Error{interrupted}
 void judge_kept_solid(const Mesh& delivered, const KeptSolidTerms& terms, Verdict& verdict, const Progress& progress = {});
