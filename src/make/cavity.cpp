@@ -105,6 +105,27 @@ std::vector<double> averages_at_vertices(const Mesh& mesh, const std::vector<dou
   return sum;
 }
 
+/// Takes back moves of vertices that turn triangles over, of each triangle the farthest first: onto a surface with edges what
+/// contouring has cut off of one would come to lie over what is there.
+void take_back_turned(const Mesh& before, Mesh& mesh) {
+  constexpr double kLeast = 0.3;  // cosine between then and now
+  const auto twice_area = [](const Mesh& m, std::size_t t) -> Eigen::Vector3d {
+    return (m.corner(t, 1) - m.corner(t, 0)).cross(m.corner(t, 2) - m.corner(t, 0));
+  };
+  const auto moved = [&](int n) { return (mesh.vertices[n] - before.vertices[n]).squaredNorm(); };
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      const Eigen::Vector3d then = twice_area(before, t), now = twice_area(mesh, t);
+      if (now == then || now.dot(then) > kLeast * now.norm() * then.norm()) continue;
+      const Eigen::Vector3i& v = mesh.triangles[t];
+      const int farthest = *std::max_element(v.begin(), v.end(), [&](int m, int n) { return moved(m) < moved(n); });
+      changed = changed || moved(farthest) > 0;
+      mesh.vertices[farthest] = before.vertices[farthest];
+    }
+  }
+}
+
 /// Moves the vertices of a cavity onto its surfaces.
 class Fitter {
 public:
@@ -130,10 +151,13 @@ public:
 
   /// Moves the vertices of a mesh with large triangles onto the surface at the wall's distance, and then as much closer to the
   /// body, `most_mm` at most, as the triangles around them are farther from it on average, so that they are as far as that surface:
-  /// where it bends evenly away from a triangle, that is 3/4 of what it is in the middle.
+  /// where it bends evenly away from a triangle, that is 3/4 of what it is in the middle. Where that turns something over they
+  /// stay.
   void fit_on_average(Mesh& mesh, double most_mm) const {
+    const Mesh before = mesh;
     std::vector<ClosestPoint> wall(mesh.vertices.size());
     tbb::parallel_for(std::size_t{0}, wall.size(), [&](std::size_t n) { wall[n] = land(mesh.vertices[n], wall_, 0.01 * most_mm); });
+    take_back_turned(before, mesh);
     std::vector<double> farther(mesh.triangles.size());
     tbb::parallel_for(std::size_t{0}, farther.size(), [&](std::size_t t) {
       const Eigen::Vector3d middle = (mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3;
@@ -144,16 +168,20 @@ public:
     for (std::size_t n = 0; n < wall.size(); ++n)
       if (wall[n].triangle >= 0 && wall[n].distance_mm > 0)
         mesh.vertices[n] += std::clamp(closer[n], 0.0, most_mm) / wall[n].distance_mm * (wall[n].point_mm - mesh.vertices[n]);
+    take_back_turned(before, mesh);
   }
 
-  /// Moves vertices that are within a cell of the surface at the wall's distance to within a hundredth of one.
+  /// Moves vertices that are within a cell of the surface at the wall's distance to within a hundredth of one, where that turns
+  /// nothing over.
   void approach(Mesh& mesh) const {
+    const Mesh before = mesh;
     tbb::parallel_for(std::size_t{0}, mesh.vertices.size(), [&](std::size_t n) {
       Eigen::Vector3d& p = mesh.vertices[n];
       const ClosestPoint closest = surface_.closest(p, wall_ + 2 * h_);
       if (closest.triangle >= 0 && closest.distance_mm > 0 && std::abs(wall_ - closest.distance_mm) <= h_)
         p += (wall_ / closest.distance_mm - 1) * (p - closest.point_mm);
     });
+    take_back_turned(before, mesh);
   }
 
 private:

@@ -451,15 +451,13 @@ std::vector<int> Remains::vertices_around(const DecimatedMesh& result, std::vect
   return around;
 }
 
-/// Triangles that cross others as delivered, or have no area then.
-std::vector<int> spoilt_triangles(const Mesh& mesh, const DecimateOptions& options, const Progress& progress) {
+/// Pairs of triangles that cross as delivered, and triangles that have no area then, each with itself.
+TrianglePairs spoilt_pairs(const Mesh& mesh, const DecimateOptions& options, const Progress& progress) {
   const Mesh delivered = options.as_delivered ? options.as_delivered(mesh) : as_float32(mesh);
-  std::vector<int> spoilt;
-  for (const auto& [s, t] : crossing_pairs(delivered, close_pairs(delivered, progress))) spoilt.insert(spoilt.end(), {s, t});
+  TrianglePairs spoilt = crossing_pairs(delivered, close_pairs(delivered, progress));
   for (std::size_t t = 0; t < delivered.triangles.size(); ++t)
-    if (collinear(delivered.corner(t, 0), delivered.corner(t, 1), delivered.corner(t, 2))) spoilt.push_back(static_cast<int>(t));
-  std::sort(spoilt.begin(), spoilt.end());
-  spoilt.erase(std::unique(spoilt.begin(), spoilt.end()), spoilt.end());
+    if (collinear(delivered.corner(t, 0), delivered.corner(t, 1), delivered.corner(t, 2)))
+      spoilt.emplace_back(static_cast<int>(t), static_cast<int>(t));
   return spoilt;
 }
 
@@ -475,27 +473,31 @@ DecimatedMesh decimated(const Mesh& mesh, const DecimateOptions& options, const 
     Remains remains(mesh, at, options.chord_error_mm, errors.squared());
     decimate(remains, progress);
     DecimatedMesh result = remains.result();
-    std::vector<int> spoilt = spoilt_triangles(result.mesh, options, progress);
-    result.crossing = spoilt.size();
+    TrianglePairs spoilt = spoilt_pairs(result.mesh, options, progress);
+    result.crossing = triangles_of(spoilt).size();
     if (spoilt.empty()) return result;
     if (spoilt_before.empty()) {
       spoilt_before.assign(mesh.vertices.size(), 0);
-      for (const int t : spoilt_triangles(mesh, options, progress))
+      for (const std::size_t t : triangles_of(spoilt_pairs(mesh, options, progress)))
         for (const int v : mesh.triangles[t]) {
           errors.forbid(v);
           spoilt_before[v] = 1;
         }
     }
-    std::erase_if(spoilt, [&](int t) {
+    // What crosses triangles that did so before would cross them with any error.
+    const auto was_spoilt = [&](int t) {
       const Eigen::Vector3i& corners = result.mesh.triangles[t];
       return std::any_of(corners.begin(), corners.end(), [&](int v) { return spoilt_before[result.kept[v]] != 0; });
-    });
+    };
+    std::erase_if(spoilt, [&](const auto& pair) { return was_spoilt(pair.first) || was_spoilt(pair.second); });
     if (spoilt.empty()) return result;
-    const bool few = spoilt.size() <= kFew;
-    for (const int v : remains.vertices_around(result, spoilt, round)) few ? errors.forbid(v) : errors.lower(v);
+    const std::vector<std::size_t> triangles = triangles_of(spoilt);
+    const bool few = triangles.size() <= kFew;
+    for (const int v : remains.vertices_around(result, {triangles.begin(), triangles.end()}, round))
+      few ? errors.forbid(v) : errors.lower(v);
   }
   DecimatedMesh as_given = Remains(mesh, at, 0, errors.squared()).result();
-  as_given.crossing = spoilt_triangles(as_given.mesh, options, progress).size();
+  as_given.crossing = triangles_of(spoilt_pairs(as_given.mesh, options, progress)).size();
   return as_given;
 }
 

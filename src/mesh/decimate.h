@@ -32,7 +32,7 @@ struct DecimatedMesh {
 /// side) only where one was before.
 ///
 /// Triangles that cross as delivered, or have no area then, are made anew with less of a chord error around them, at last with
-/// none. What crosses for all that did so in the given mesh.
+/// none. What crosses for all that crosses triangles that did so in the given mesh.
 /// @throws Error{interrupted}
 DecimatedMesh decimated(const Mesh& mesh, const DecimateOptions& options = {}, const Progress& progress = {});
 

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 
 #include "make/cavity_mender.h"
 #include "make/clipped_cavity.h"
@@ -8,6 +9,8 @@
 #include "mesh/float32.h"
 #include "mesh/predicates.h"
 #include "mesh/surface_gap.h"
+#include "places.h"
+#include "rayrep/io/mesh_io.h"
 #include "rayrep/make/cavity.h"
 #include "rayrep/rays/inner_domain.h"
 #include "solids.h"
@@ -302,7 +305,8 @@ Moments everywhere() {
 
 /// A body's cavity, meshed on the grid and cut.
 struct Twins {
-  explicit Twins(const Mesh& solid, double h, const Moments& first = everywhere()) : surface(solid) {
+  explicit Twins(const Mesh& solid, double h, const Moments& first = everywhere(), bool sharp_ridges = false) : surface(solid) {
+    options.sharp_ridges = sharp_ridges;
     InnerDomainOptions domain;
     domain.wall_mm = 1.2;
     domain.ray_spacing_mm = domain.field_spacing_mm = h;
@@ -358,6 +362,33 @@ TEST(ClippedCavity, OfABoxIsABox) {
   // But for the edges of the surface at the wall's distance, chamfered by at most a cell, all of them above the cut.
   const double edges = 2 * (17.6 + 13.6) + 4 * (18.8 - 7.03);
   EXPECT_NEAR(mesh_moments(outward)[M1], 17.6 * 13.6 * (18.8 - 7.03), 0.5 * 0.4 * 0.4 * edges);
+}
+
+TEST(ClippedCavity, OfABoxHasSharpEdgesWhereverTheGridLies) {
+  for (int n = 0; n < 4; ++n) {
+    const Eigen::Vector3d size = Eigen::Vector3d(20, 16, 18) + 0.1 * Eigen::Vector3d(n, (3 * n) % 4, (2 * n) % 4);
+    Twins twins(box({0, 0, 0}, size), 0.4, everywhere(), true);
+    const auto cut = twins.clipped->cut(everywhere());
+    ASSERT_TRUE(cut) << n;
+    EXPECT_LT(cut->mesh.triangles.size(), 60u) << n;
+    const double room = (size - Eigen::Vector3d::Constant(2.4)).prod();
+    EXPECT_NEAR(-mesh_moments(cut->mesh)[M1], room, 1e-3 * room) << n;
+  }
+}
+
+TEST(ClippedCavity, WhatContouringCutsOffOfSharpEdgesIsNotFoldedOverThem) {
+  const std::filesystem::path path = shared_meshes() / "ADIS16480.STL";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no shared meshes";
+  Mesh solid = read_mesh(path.string()).mesh;
+  const Eigen::AlignedBox3d box = bounding_box(solid);
+  for (Eigen::Vector3d& p : solid.vertices) p = 110 / box.sizes().maxCoeff() * (p - box.min());
+  for (const double h : {0.352, 0.354}) {  // at which edges lie just beside samples of the grid
+    Twins twins(solid, h, everywhere(), true);
+    const auto cut = twins.clipped->cut(everywhere());
+    ASSERT_TRUE(cut) << h;
+    EXPECT_EQ(cut->closed_samples, 0u) << h;
+    EXPECT_LT(cut->mesh.triangles.size(), 8500u) << h;
+  }
 }
 
 TEST(ClippedCavity, FollowsAsItWouldBeCut) {
