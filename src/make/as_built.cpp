@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "base/linear_algebra.h"
@@ -20,26 +21,21 @@ public:
 
   /// Where to go from c, given D(c).
   Moments next(const Moments& c, const Moments& D) {
-    const auto n = static_cast<Eigen::Index>(steps_.size());
-    Eigen::MatrixXd changes(10, n);  // of D(c) - c
-    Eigen::MatrixXd changes_of_D(10, n);
-    for (Eigen::Index k = 0; k < n; ++k) {
-      const Step& step = steps_[static_cast<std::size_t>(k)];
-      changes.col(k) = ((D - c) - (step.D - step.c)).cwiseQuotient(unit_);
-      changes_of_D.col(k) = D - step.D;
-    }
-    steps_.push_back({c, D});
-    if (n == 0) return D;
-    const Eigen::VectorXd off = (D - c).cwiseQuotient(unit_);
-    const Eigen::VectorXd share = least_squares(changes, off);
-    const Moments more = changes_of_D * share;
-    // Differences that are noise lead nowhere. Where few of them explain all that is off, as where resin takes the place of the
-    // plastic that is left out, a long way does.
+    // Differences that are noise lead nowhere. Where the last few of them explain all that is off, as where resin takes the place
+    // of the plastic that is left out, a long way does.
     constexpr Eigen::Index kFew = 3;
     constexpr double kExplained = 0.1;
-    constexpr double kLong = 50;
-    const bool explained = n <= kFew && (off - changes * share).norm() < kExplained * off.norm();
-    return more.cwiseQuotient(unit_).norm() < (explained ? kLong : 1) * off.norm() ? Moments(D - more) : D;
+    constexpr double kLong = 100;
+    const double off = (D - c).cwiseQuotient(unit_).norm();
+    const auto within = [&](const Extrapolated& e, double most) { return e.more.cwiseQuotient(unit_).norm() < most * off; };
+    const auto n = static_cast<Eigen::Index>(steps_.size());
+    std::optional<Moments> far;
+    for (Eigen::Index few = 1; few <= std::min(n, kFew) && !far; ++few)
+      if (const Extrapolated e = extrapolated(c, D, few); e.left < kExplained * off && within(e, kLong)) far = D - e.more;
+    const Extrapolated all = extrapolated(c, D, n);
+    steps_.push_back({c, D});
+    if (far) return *far;
+    return within(all, 1) ? Moments(D - all.more) : D;
   }
 
 private:
@@ -47,6 +43,26 @@ private:
     Moments c;
     Moments D;
   };
+  struct Extrapolated {
+    Moments more;  ///< how far beyond D(c) the way back is
+    double left;   ///< of D(c) - c, unexplained
+  };
+
+  /// By the last n steps.
+  Extrapolated extrapolated(const Moments& c, const Moments& D, Eigen::Index n) const {
+    const Moments off = (D - c).cwiseQuotient(unit_);
+    if (n == 0) return {Moments::Zero(), off.norm()};
+    Eigen::MatrixXd changes(10, n);  // of D(c) - c
+    Eigen::MatrixXd changes_of_D(10, n);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const Step& step = steps_[steps_.size() - static_cast<std::size_t>(n - k)];
+      changes.col(k) = ((D - c) - (step.D - step.c)).cwiseQuotient(unit_);
+      changes_of_D.col(k) = D - step.D;
+    }
+    const Eigen::VectorXd share = least_squares(changes, off);
+    return {changes_of_D * share, (off - changes * share).norm()};
+  }
+
   Moments unit_;
   std::vector<Step> steps_;
 };
@@ -148,12 +164,17 @@ Moments solve_as_built(const AsBuilt& problem, InteriorSolver solver, Maker& mak
     else
       maker.make({solved.q, solved.price});
     double e = problem.error(maker.moments());
+    const bool renewed = maker.renewed();
+    if (renewed) {
+      way.start_anew();
+      most_passes = problem.max_passes + pass;
+    }
     // A mesh that follows cannot tear, close or show what the quadric does away from it: where it folds it is made anew, and where
     // the error stays, or falls slowly twice, if there is a pass left to make up for the change; as little as cuts differ by anyhow
     // may stay.
     constexpr double kOfCuts = 2e-5;
     const bool slow = had_adapted && e > std::max(0.9 * last_error, kOfCuts);
-    const bool useless = slow && (e > last_error || was_slow) && pass < most_passes;
+    const bool useless = slow && !renewed && !maker.floods() && (e > last_error || was_slow) && pass < most_passes;
     was_slow = slow;
     if (maker.adapted() && (useless || maker.spoilt())) {
       maker.make_anew({solved.q, solved.price});

@@ -36,9 +36,11 @@ public:
   /// @returns false when it did so already
   virtual bool take_all() { return false; }
 
-  virtual bool adapted() const = 0;            ///< the last make only adapted what was there
-  virtual bool spoilt() const = 0;             ///< adapting has spoilt it: it must be made anew
-  virtual const Moments& moments() const = 0;  ///< of the whole body, unit density, working frame
+  virtual bool adapted() const = 0;               ///< the last make only adapted what was there
+  virtual bool spoilt() const = 0;                ///< adapting has spoilt it: it must be made anew
+  virtual bool renewed() const { return false; }  ///< it has become another body, of which errors before say nothing
+  virtual bool floods() const { return false; }   ///< liquid that stays in it weighs, and takes the place of what is taken away
+  virtual const Moments& moments() const = 0;     ///< of the whole body, unit density, working frame
   virtual Made made() const = 0;
 };
 
