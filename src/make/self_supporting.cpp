@@ -328,6 +328,7 @@ Plan plan_self_supporting(const Mesh& solid, const Spec& spec, const HollowOptio
 HollowResult hollow_self_supporting(const Mesh& solid, const Spec& spec, const HollowOptions& options, const Progress& progress) {
   Found way = found(solid, spec, options, progress);
   way.slim.options.max_passes *= 3;  // with many cones cuts are made anew more often, each mended in its own way
+  print_of(way.slim.planned.plan.spec).direction = print_of(way.spec).direction;  // in which its holes have to drain it
   HollowResult result = carry_out(way.slim.planned.plan, way.slim.options, progress);
   print_of(result.spec).self_supporting_deg = print_of(way.spec).self_supporting_deg;
   print_of(result.spec).direction = print_of(way.spec).direction;
