@@ -54,16 +54,24 @@ void DrainedMaker::drill_all() {
   shells.vertices = whole.vertices;
   shells.triangles.assign(whole.triangles.begin() + static_cast<std::ptrdiff_t>(body_.outer.triangles.size()),
                           whole.triangles.end());
+  renewed_ = false;
   if (holes_) mesh_ = drilled(whole, *holes_);
   // What a pass has moved a floor by may leave a pool behind its hole.
   if (!holes_ || (found_ < kMostFinds && !places_.still_drain(mesh_, shells))) {
     holes_ = places_.find(shells, [&](const std::vector<DrainHole>& holes) { return drilled(whole, holes); });
-    ++found_;
+    renewed_ = found_++ > 0;
     mesh_ = drilled(whole, *holes_);
   }
   plugs_ = print_.drains.plugged ? plugs_in(whole) : std::vector<Mesh>();
-  moments_ = fixed_ + mesh_moments(transformed(mesh_, body_.to_working)) + liquid();
+  liquid_ = liquid();
+  floods_ |= weighs(liquid_);
+  moments_ = fixed_ + mesh_moments(transformed(mesh_, body_.to_working)) + liquid_;
   for (const Mesh& plug : plugs_) moments_ += mesh_moments(transformed(plug, body_.to_working));
+}
+
+bool DrainedMaker::weighs(const Moments& liquid) const {
+  constexpr double kWeighs = 1e-6;  // of the body
+  return liquid[M1] > kWeighs * body_.solid[M1];
 }
 
 /// Of resin that stays in the cavities, which weighs, in volumes of what is printed.

@@ -23,6 +23,8 @@ public:
   bool take_all() override { return cavities_->take_all(); }
   bool adapted() const override { return cavities_->adapted(); }
   bool spoilt() const override { return cavities_->spoilt(); }
+  bool renewed() const override { return renewed_; }
+  bool floods() const override { return floods_; }
   const Moments& moments() const override { return moments_; }
   Made made() const override;
 
@@ -35,6 +37,7 @@ private:
   std::vector<Mesh> plugs_in(const Mesh& mesh) const;
   Mesh stored(const CombinedMesh& mesh) const;
   Moments liquid() const;
+  bool weighs(const Moments& liquid) const;
   Eigen::Affine3d beside_the_body(const Mesh& plug, double beside_mm) const;
 
   std::unique_ptr<Maker> cavities_;
@@ -46,9 +49,12 @@ private:
   DrainPlaces places_;
   std::optional<std::vector<DrainHole>> holes_;
   int found_ = 0;  ///< so often
-  Moments fixed_;  ///< what is fixed in the body, working frame
-  Mesh mesh_;      ///< with the holes, as stored
+  bool renewed_ = false;
+  bool floods_ = false;  ///< in this run
+  Moments fixed_;        ///< what is fixed in the body, working frame
+  Mesh mesh_;            ///< with the holes, as stored
   std::vector<Mesh> plugs_;
+  Moments liquid_ = Moments::Zero();  ///< that stays, in volumes of what is printed
   Moments moments_ = Moments::Zero();
 };
 

@@ -135,6 +135,7 @@ DrainPlaces::DrainPlaces(const Body& body, const Spec& spec, std::size_t rooms, 
       drains_(print_of(spec).drains),
       radius_mm_(0.5 * drains_.diameter_mm),
       wall_mm_(print_of(spec).wall_mm),
+      sinks_(print_of(spec).liquid_g_cm3 > 0 && !print_of(spec).drained),
       print_up_(print_of(spec).direction.value_or(up_of(spec)).normalized()),
       from_working_(body.to_working.inverse()),
       outside_(combined({&body.outer, 1}).mesh),
@@ -346,7 +347,8 @@ std::optional<DrainHole> DrainPlaces::opposite(const Candidate& one, const std::
   return nearest->hole;
 }
 
-/// The hole that serves best of those that may be there, with the one opposite to it for a body that spins; empty if there is none.
+/// The hole that serves best of those that may be there, with the one opposite to it for a body that spins, if
+/// there is one; empty if there is none.
 std::vector<DrainHole> DrainPlaces::best(std::vector<Candidate> all, const Wanted& wanted, const Cavity& cavity,
                                          const std::vector<DrainHole>& before) const {
   const bool drain = wanted.end == Wanted::End::drain;
@@ -358,13 +360,36 @@ std::vector<DrainHole> DrainPlaces::best(std::vector<Candidate> all, const Wante
     return std::tuple(std::max(off, 0.0), !c.on_axis, std::floor(c.hole.wall_mm / (0.1 * wall_mm_)), drain ? bottom : off);
   };
   std::stable_sort(all.begin(), all.end(), [&](const Candidate& a, const Candidate& b) { return rank(a) < rank(b); });
+  std::optional<DrainHole> alone;
   for (const Candidate& one : all) {
     if (!apart(one.hole, before, 2 * drains_.diameter_mm) || !wrong_with(one.hole, cavity).empty()) continue;
-    if (!balanced_ || one.on_axis) return {one.hole};
+    if (!balanced_ || one.on_axis) return {drain && sinks_ ? sunk(one.hole, cavity) : one.hole};
     const auto other = opposite(one, all, cavity);
     if (other && apart(*other, before, 2 * drains_.diameter_mm)) return {one.hole, *other};
+    if (!alone) alone = one.hole;
   }
-  return {};
+  // What it takes is made up for inside.
+  return alone ? std::vector<DrainHole>{*alone} : std::vector<DrainHole>();
+}
+
+/// Lower, so that its bottom is a gutter in the floor: what stays beside it is then as smooth in where the floor lies as that is.
+/// theory.md (153)
+DrainHole DrainPlaces::sunk(const DrainHole& hole, const Cavity& cavity) const {
+  if (std::abs(hole.outward.dot(print_up_)) > 0.5) return hole;  // it leads down, or up
+  const double open_mm = 0.5 * radius_mm_;                       // above the floor, of the axis
+  for (const double part : {1.0, 0.75, 0.5, 0.25}) {
+    DrainHole lower = hole;
+    const Eigen::Vector3d down = hole.mouth_mm - part * radius_mm_ * print_up_;
+    const ClosestPoint mouth = outside_.closest(down, radius_mm_);
+    if (mouth.triangle < 0 || mouth.triangle >= first_of_rooms_) continue;
+    lower.mouth_mm = mouth.point_mm;
+    const double longer_mm = hole.outward.dot(mouth.point_mm - down);
+    lower.wall_mm += longer_mm;
+    lower.length_mm += longer_mm;
+    const Eigen::Vector3d end = lower.mouth_mm - lower.length_mm * lower.outward;
+    if (lower.wall_mm > 0 && cavity.holds(end - open_mm * print_up_) && wrong_with(lower, cavity).empty()) return lower;
+  }
+  return hole;
 }
 
 /// From the lowest point of a cavity into another one close below it, as the two of a top meet on its axis.

@@ -107,6 +107,7 @@ private:
   double spill_of(const DrainHole& hole, const Cavity& cavity) const;
   std::vector<DrainHole> best(std::vector<Candidate> all, const Wanted& wanted, const Cavity& cavity,
                               const std::vector<DrainHole>& before) const;
+  DrainHole sunk(const DrainHole& hole, const Cavity& cavity) const;
   std::optional<DrainHole> opposite(const Candidate& one, const std::vector<Candidate>& all, const Cavity& cavity) const;
 
   std::optional<DrainHole> given_hole(const Eigen::Vector3d& mouth, const Eigen::Vector3d& inner, const Cavity& cavity) const;
@@ -122,6 +123,7 @@ private:
   const Drains& drains_;
   double radius_mm_;
   double wall_mm_;
+  bool sinks_;  ///< drains, as what stays weighs
   Eigen::Vector3d print_up_;
   Eigen::Affine3d from_working_;
   SurfaceQuery outside_;

@@ -45,6 +45,12 @@ void check_pieces(const HollowOptions& options, const Spec& spec) {
     throw Error(ErrorCode::usage, "A body in pieces has nothing fixed in it that the print is paused for: leave --fixed" + instead);
 }
 
+/// Resin that stays takes more of them. Where roofs are carried there are as many as that already.
+int passes(const Print& print, const HollowOptions& options) {
+  const bool floods = print.drains.wanted() && print.liquid_g_cm3 > 0 && !print.drained;
+  return floods && options.pillars.empty() ? 3 * options.max_passes : options.max_passes;
+}
+
 }  // namespace
 
 HollowResult carry_out(Plan& plan, const HollowOptions& options, const Progress& progress, Moments* correction) {
@@ -58,9 +64,12 @@ HollowResult carry_out(Plan& plan, const HollowOptions& options, const Progress&
     drained = with_holes.get();
     maker = std::move(with_holes);
   }
-  const AsBuilt problem{body.shell,         moment_units(body.solid[M1], body.diagonal_mm),
-                        plan.error,         plan.start,
-                        options.max_passes, options.as_built_tolerance};
+  const AsBuilt problem{body.shell,
+                        moment_units(body.solid[M1], body.diagonal_mm),
+                        plan.error,
+                        plan.start,
+                        passes(print, options),
+                        options.as_built_tolerance};
   const InteriorSolver solver(plan.goal, body.inner.rays, *body.integrals, plan.setup);
   result.to_working = body.to_working;
   AsPrinted printing{problem, options, {}};

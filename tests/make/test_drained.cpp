@@ -155,6 +155,17 @@ TEST(Drained, LeavesTheSupportAsItIs) {
   for (const Record& hole : holes_of(verdict)) EXPECT_GT(number_of(hole, "z_mm"), 2);
 }
 
+/// Written and read again.
+Delivery from_file(const Delivery& delivery) {
+  const std::filesystem::path path = own_file("resin.3mf");
+  write_delivery(path, delivery);
+  MeshFile file = read_mesh(path);
+  std::filesystem::remove(path);
+  Delivery read{{{.mesh = std::move(file.mesh)}}};
+  for (Part& part : file.modifiers) read.parts.push_back(std::move(part));
+  return read;
+}
+
 TEST(Drained, ResinThatStaysWeighs) {
   FloatSpec spec = drained<FloatSpec>(true);
   spec.print.density_g_cm3 = 1.14;
@@ -172,6 +183,28 @@ TEST(Drained, ResinThatStaysWeighs) {
     EXPECT_LT(value_of(verdict, "offset"), 2e-6);
     const double printed_mm3 = mesh_moments(made.delivery.body())[M1] + mesh_moments(made.delivery.mesh_of(Part::Role::plug))[M1];
     EXPECT_NEAR(verdict.body.mass_g, 1.14e-3 * printed_mm3 + verdict.trapped_resin_g, 1e-6);
+    const Verdict delivered = verify(from_file(made.delivery), &egg(), made.spec);
+    EXPECT_EQ(failed(delivered), failed(verdict));
+    EXPECT_NEAR(delivered.trapped_resin_g, verdict.trapped_resin_g, 1e-6);
+    EXPECT_LT(value_of(delivered, "mass_error"), 2e-6);
+    EXPECT_LT(value_of(delivered, "offset"), 2e-6);
+  }
+}
+
+/// What leans a level floor by little makes a pool on it, which takes the place of what the lean takes away.
+TEST(Drained, LevelFloorsLeanAsFarAsTheirPoolsAskFor) {
+  for (const Eigen::Vector3d& sizes : {Eigen::Vector3d(60, 60, 60), Eigen::Vector3d(80, 50, 40)}) {
+    FloatSpec spec = drained<FloatSpec>(true);
+    spec.print.density_g_cm3 = 1.14;
+    spec.print.liquid_g_cm3 = 1.09;
+    const Mesh block = box(-0.5 * sizes, 0.5 * sizes);
+    const HollowResult made = hollow(block, spec, as_stl(50));
+    EXPECT_LE(made.as_built_error, 1e-6) << sizes.transpose();
+    const Verdict verdict = verify(made.delivery, &block, made.spec);
+    EXPECT_TRUE(verdict.pass()) << ::testing::PrintToString(failed(verdict));
+    EXPECT_GT(verdict.trapped_resin_g, 0.01);
+    EXPECT_LT(value_of(verdict, "mass_error"), 2e-6);
+    EXPECT_LT(value_of(verdict, "offset"), 2e-6);
   }
 }
 
