@@ -21,11 +21,13 @@ namespace {
 constexpr int kSides = 36;
 constexpr double kMostTrapped = 0.01;  // of the room of all cavities
 constexpr double kGoodEnough = 0.006;  // likewise, while there is a better place
+constexpr double kMatters = 5e-4;      // likewise: a smaller pool is not worth a hole
 constexpr double kGoodDrain = 0.003;   // of a cavity's room below which a place is as good as its lowest one
 constexpr double kGoodVent = 0.05;     // and above which as its highest one
+constexpr double kNear = 1.5;          // from axis to axis, in diameters: where it has to be
 constexpr double kFreeboard = 0.03;    // of the height
 constexpr double kHeel_rad = std::numbers::pi / 18;
-constexpr std::size_t kMostMore = 6;  // drains beside the first ones
+constexpr int kMostTries = 12;  // of drains beside the first ones
 
 std::string place(const Eigen::Vector3d& at) {
   const Eigen::Vector3d p = at.unaryExpr([](double x) { return std::abs(x) < 5e-3 ? 0 : x; });  // not -0.00
@@ -362,10 +364,10 @@ std::vector<DrainHole> DrainPlaces::best(std::vector<Candidate> all, const Wante
   std::stable_sort(all.begin(), all.end(), [&](const Candidate& a, const Candidate& b) { return rank(a) < rank(b); });
   std::optional<DrainHole> alone;
   for (const Candidate& one : all) {
-    if (!apart(one.hole, before, 2 * drains_.diameter_mm) || !wrong_with(one.hole, cavity).empty()) continue;
+    if (!apart(one.hole, before, wanted.apart * drains_.diameter_mm) || !wrong_with(one.hole, cavity).empty()) continue;
     if (!balanced_ || one.on_axis) return {drain && sinks_ ? sunk(one.hole, cavity) : one.hole};
     const auto other = opposite(one, all, cavity);
-    if (other && apart(*other, before, 2 * drains_.diameter_mm)) return {one.hole, *other};
+    if (other && apart(*other, before, wanted.apart * drains_.diameter_mm)) return {one.hole, *other};
     if (!alone) alone = one.hole;
   }
   // What it takes is made up for inside.
@@ -416,13 +418,14 @@ std::optional<DrainHole> DrainPlaces::passage(const Cavity& cavity) const {
 std::vector<DrainHole> DrainPlaces::drains_of(const Cavity& cavity, const std::vector<Candidate>& all,
                                               const std::vector<DrainHole>& before) const {
   if (const auto into_other = passage(cavity)) return {*into_other};
-  std::vector<DrainHole> holes = best(all, {Wanted::End::drain, cavity.height_with(kGoodDrain, print_up_)}, cavity, before);
+  std::vector<DrainHole> holes =
+      best(all, {.end = Wanted::End::drain, .enough_mm = cavity.height_with(kGoodDrain, print_up_)}, cavity, before);
   if (!holes.empty()) return holes;
   const Eigen::Vector3d middle = mesh_moments(cavity.mesh).segment<3>(MX) / cavity.volume_mm3;
   throw Error(ErrorCode::goal, "The cavity around " + place(middle) + " cannot be drained: it has no place for a hole of " +
-                                   number(drains_.diameter_mm, 2) + " mm" + bounds_words() +
-                                   ". A smaller one may do (--drain-diameter)" +
-                                   (drains_.plugged ? "." : ", or holes that are closed again (--plug)."));
+                                   number(drains_.diameter_mm, 2) + " mm" + bounds_words() + "." +
+                                   remedies(" A smaller one may do (--drain-diameter)" +
+                                            std::string(drains_.plugged ? "." : ", or holes that are closed again (--plug).")));
 }
 
 std::vector<DrainHole> DrainPlaces::for_cavity(const Cavity& cavity, const std::vector<DrainHole>& before) const {
@@ -432,7 +435,7 @@ std::vector<DrainHole> DrainPlaces::for_cavity(const Cavity& cavity, const std::
   const double high = cavity.height_with(1 - kGoodVent, print_up_);
   std::vector<DrainHole> others = before;
   others.insert(others.end(), holes.begin(), holes.end());
-  for (const DrainHole& vent : best(all, {Wanted::End::vent, high}, cavity, others))
+  for (const DrainHole& vent : best(all, {.end = Wanted::End::vent, .enough_mm = high}, cavity, others))
     if (print_up_.dot(vent.inner_mm()) > low + drains_.diameter_mm) holes.push_back(vent);
   return holes;
 }
@@ -477,7 +480,7 @@ std::vector<DrainHole> DrainPlaces::at_given_places() const {
                                         " mm away: choose a place near that (--drain), or --drain auto.");
     const std::string wrong = wrong_with(*hole, *nearest);
     if (!wrong.empty()) throw Error(ErrorCode::usage, name + ": " + wrong + ". Choose another place (--drain), or --drain auto.");
-    if (!apart(*hole, holes, 1.5 * drains_.diameter_mm))
+    if (!apart(*hole, holes, kNear * drains_.diameter_mm))
       throw Error(ErrorCode::usage, name + ": it lies too near to another one. Leave one of them out.");
     holes.push_back(*hole);
   }
@@ -496,39 +499,56 @@ bool DrainPlaces::still_drain(const Mesh& drilled, const Mesh& shells) const {
   return drains_.where == Drains::Where::given || stays_mm3(drilled, pools) <= kGoodEnough * -mesh_moments(shells)[M1];
 }
 
-/// Adds drains for the largest pools while more stays than may.
+/// Below its surface, as near to its lowest point as there is one: farther away it may lead into another one.
+std::vector<DrainHole> DrainPlaces::drains_of(const Pool& pool, const std::vector<DrainHole>& before) const {
+  const double depth_mm = pool.surface_mm - print_up_.dot(pool.lowest_mm);
+  const double wide_mm = std::max(drains_.diameter_mm, 2 * std::sqrt(pool.s[M1] / std::max(depth_mm, 1e-3)));
+  const auto cavity = std::find_if(cavities_.begin(), cavities_.end(), [&](const Cavity& one) {
+    return one.surface.closest(pool.lowest_mm, 0.1 * wall_mm_).triangle >= 0;
+  });
+  if (cavity == cavities_.end()) return {};
+  const std::vector<Candidate> all = candidates(*cavity);
+  std::vector<DrainHole> found;
+  for (double within_mm = drains_.diameter_mm; found.empty() && within_mm < 2 * wide_mm; within_mm *= 2) {
+    std::vector<Candidate> near = all;
+    std::erase_if(near, [&](const Candidate& c) {
+      return c.spill_mm >= pool.surface_mm - 0.2 * depth_mm || (c.hole.inner_mm() - pool.lowest_mm).norm() > within_mm;
+    });
+    found = best(std::move(near), {.end = Wanted::End::drain, .enough_mm = print_up_.dot(pool.lowest_mm), .apart = kNear}, *cavity,
+                 before);
+  }
+  return found;
+}
+
+/// Adds drains for the largest pools that can be drained while more stays than may.
 void DrainPlaces::drain_what_stays(const Drilled& drilled, std::vector<DrainHole>& holes) const {
   double room_mm3 = 0;
   for (const Cavity& cavity : cavities_) room_mm3 += cavity.volume_mm3;
-  double stay_mm3 = 0;
-  for (std::size_t more = 0; more <= kMostMore; ++more) {
-    std::vector<Pool> pools;
-    stay_mm3 = stays_mm3(drilled(holes), pools);
-    if (stay_mm3 <= kGoodEnough * room_mm3) return;
-    const auto largest =
-        std::max_element(pools.begin(), pools.end(), [](const Pool& a, const Pool& b) { return a.s[M1] < b.s[M1]; });
+  std::vector<Pool> pools;
+  double stay_mm3 = stays_mm3(drilled(holes), pools);
+  std::vector<DrainHole> tried = holes;
+  for (int n = 0; n < kMostTries && stay_mm3 > kGoodEnough * room_mm3; ++n) {
+    std::sort(pools.begin(), pools.end(), [](const Pool& a, const Pool& b) { return a.s[M1] > b.s[M1]; });
     std::vector<DrainHole> found;
-    for (const Cavity& cavity : cavities_) {
-      if (cavity.surface.closest(largest->lowest_mm, 0.1 * wall_mm_).triangle < 0) continue;
-      std::vector<Candidate> all = candidates(cavity);
-      const double depth_mm = largest->surface_mm - print_up_.dot(largest->lowest_mm);
-      std::erase_if(all, [&](const Candidate& c) {
-        const Eigen::Vector3d beside = c.hole.inner_mm() - largest->lowest_mm;
-        const double wide_mm = std::max(drains_.diameter_mm, 2 * std::sqrt(largest->s[M1] / std::max(depth_mm, 1e-3)));
-        return c.spill_mm >= largest->surface_mm - 0.2 * depth_mm || beside.norm() > wide_mm;
-      });
-      found = best(all, {Wanted::End::drain, print_up_.dot(largest->lowest_mm)}, cavity, holes);
-    }
+    for (auto pool = pools.begin(); pool != pools.end() && found.empty(); ++pool)
+      if (pool->s[M1] > kMatters * room_mm3) found = drains_of(*pool, tried);
     if (found.empty()) break;
-    holes.insert(holes.end(), found.begin(), found.end());
+    tried.insert(tried.end(), found.begin(), found.end());
+    found.insert(found.begin(), holes.begin(), holes.end());
+    std::vector<Pool> left;
+    const double less_mm3 = stays_mm3(drilled(found), left);
+    if (less_mm3 > stay_mm3 - kMatters * room_mm3) continue;  // it leads into another pool
+    holes = std::move(found);
+    pools = std::move(left);
+    stay_mm3 = less_mm3;
   }
   if (stay_mm3 <= kMostTrapped * room_mm3) return;
-  throw Error(ErrorCode::goal,
-              "Held with " + held() + " up, as it is printed, " + number(stay_mm3 / 1000, 2) + " cm3 would stay in the cavities, " +
-                  number(100 * stay_mm3 / room_mm3, 1) + " % of their room: no hole can be lower" + bounds_words() +
-                  ". Print it the other way up (--print-direction)" + (drains_.plugged ? "" : ", close the holes again (--plug)") +
-                  (pillars_.empty() ? "" : ", drill narrower ones, which may pass between more pillars (--drain-diameter)") +
-                  ", or say where they shall be and take what stays (--drain X,Y,Z).");
+  throw Error(ErrorCode::goal, "Held with " + held() + " up, as it is printed, " + number(stay_mm3 / 1000, 2) +
+                                   " cm3 would stay in the cavities, " + number(100 * stay_mm3 / room_mm3, 1) +
+                                   " % of their room: no hole can be lower" + bounds_words() + "." +
+                                   remedies(" Print it the other way up (--print-direction), " +
+                                            std::string(drains_.plugged ? "" : "close the holes again (--plug), ") +
+                                            "or say where they shall be and take what stays (--drain X,Y,Z)."));
 }
 
 /// The print's direction.
@@ -536,6 +556,9 @@ std::string DrainPlaces::held() const {
   Eigen::Vector3d up = print_up_;
   return shown(Setting{.name = "", .value = "", .words = "", .details = "", .place = direction_place("", up)});
 }
+
+/// Among cones it is tried what helps: drain_refusal.h
+std::string DrainPlaces::remedies(const std::string& words) const { return pillars_.empty() ? words : std::string(); }
 
 /// ", as each must lie ..."; nothing where it may be anywhere.
 std::string DrainPlaces::bounds_words() const {

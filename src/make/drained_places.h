@@ -78,6 +78,7 @@ private:
   struct Wanted {
     enum class End { drain, vent } end;
     double enough_mm;  ///< along the print's direction: where a drain spills, or a vent begins, that is good enough
+    double apart = 2;  ///< from the axes of other holes, in diameters
   };
 
   void add_bound(const FloatSpec& spec);
@@ -99,6 +100,7 @@ private:
   double stays_mm3(const Mesh& drilled, std::vector<Pool>& pools) const;
   std::string held() const;
   std::string bounds_words() const;
+  std::string remedies(const std::string& words) const;
   static bool apart(const DrainHole& hole, const std::vector<DrainHole>& others, double distance_mm);
 
   std::vector<Candidate> candidates(const Cavity& cavity) const;
@@ -115,6 +117,7 @@ private:
   std::optional<DrainHole> passage(const Cavity& cavity) const;
   std::vector<DrainHole> drains_of(const Cavity& cavity, const std::vector<Candidate>& all,
                                    const std::vector<DrainHole>& before) const;
+  std::vector<DrainHole> drains_of(const Pool& pool, const std::vector<DrainHole>& before) const;
   std::vector<DrainHole> for_cavity(const Cavity& cavity, const std::vector<DrainHole>& before) const;
   void drain_what_stays(const Drilled& drilled, std::vector<DrainHole>& holes) const;
 

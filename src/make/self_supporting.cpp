@@ -9,6 +9,7 @@
 #include "base/text.h"
 #include "make/as_built.h"
 #include "make/carriers.h"
+#include "make/drain_refusal.h"
 #include "make/plan.h"
 #include "rayrep/base/error.h"
 
@@ -329,7 +330,15 @@ HollowResult hollow_self_supporting(const Mesh& solid, const Spec& spec, const H
   Found way = found(solid, spec, options, progress);
   way.slim.options.max_passes *= 3;  // with many cones cuts are made anew more often, each mended in its own way
   print_of(way.slim.planned.plan.spec).direction = print_of(way.spec).direction;  // in which its holes have to drain it
-  HollowResult result = carry_out(way.slim.planned.plan, way.slim.options, progress);
+  const auto carried_out = [&] {
+    try {
+      return carry_out(way.slim.planned.plan, way.slim.options, progress);
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::goal || print_of(spec).drains.where != Drains::Where::found || options.look_only) throw;
+      throw drain_refusal({solid, spec, options, way.slim.planned.plan, way.slim.options}, error, progress);
+    }
+  };
+  HollowResult result = carried_out();
   print_of(result.spec).self_supporting_deg = print_of(way.spec).self_supporting_deg;
   print_of(result.spec).direction = print_of(way.spec).direction;
   tell(way.all, way.slim, print_of(spec), result);

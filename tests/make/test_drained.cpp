@@ -270,6 +270,33 @@ TEST(Drained, HolesKeepClearOfPillars) {
   expect_carried(subdivided(box({-15, -12, 0}, {15, 12, 22}), 2), standing);
 }
 
+/// The lowest part of what is printed lying lies under water where it floats.
+TEST(Drained, RefusalsAmongPillarsSayWhatWasTried) {
+  FloatSpec lying = drained<FloatSpec>(false);
+  lying.print.wall_mm = 1.2;
+  lying.print.self_supporting_deg = 45;
+  const Mesh solid = uv_ellipsoid(22, 17, 19, 32);
+  const std::string why = message_of([&] { hollow(solid, lying, as_stl()); }, ErrorCode::goal);
+  EXPECT_TRUE(mentions(why, {"would stay in the cavities", "holes that cannot be", "was tried", "(--plug)"})) << why;
+  EXPECT_FALSE(mentions(why, {"(--self-supporting)"})) << why;  // without cones they cannot, either
+  lying.print.drains.plugged = true;
+  EXPECT_LE(hollow(solid, lying, as_stl()).as_built_error, 1e-6);
+}
+
+/// Printed the way its cones ask for, which nobody said.
+TEST(Drained, TopsWithConesAreDrainedAsTheyArePrinted) {
+  SpinSpec spec = drained<SpinSpec>(true);
+  spec.print.drains.diameter_mm = 3;
+  const Mesh top = moved(uv_ellipsoid(15, 15, 11, 24), {0, 0, 11});
+  spec.print.self_supporting_deg = 45;
+  const HollowResult made = hollow(top, spec, as_stl(30));
+  ASSERT_TRUE(print_of(made.spec).direction);
+  EXPECT_LE(made.as_built_error, 1e-6);
+  const Verdict verdict = verify(made.delivery, &top, made.spec);
+  EXPECT_TRUE(verdict.pass()) << ::testing::PrintToString(failed(verdict));
+  EXPECT_GE(holes_of(verdict).size(), 1u);
+}
+
 TEST(Drained, PillarsStandBesideHolesThatAreGiven) {
   FloatSpec floating = drained<FloatSpec>(true);
   floating.print.wall_mm = 1.2;
