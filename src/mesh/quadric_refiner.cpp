@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
+#include "mesh/box_tree.h"
 #include "mesh/crossing.h"
 #include "mesh/mesh_edges.h"
 
@@ -13,6 +15,19 @@ namespace rayrep {
 
 using Eigen::Vector3d;
 using Eigen::Vector3i;
+
+namespace {
+
+bool meets_any(const BoxTree& tree, const Eigen::AlignedBox3d& box, int number = 0) {
+  const BoxTree::Node& node = tree.node(number);
+  if (!box.intersects(node.box)) return false;
+  if (!node.is_leaf()) return meets_any(tree, box, number + 1) || meets_any(tree, box, node.right);
+  for (std::size_t n = node.begin; n < node.end; ++n)
+    if (box.intersects(tree.box_of(tree.member(n)))) return true;
+  return false;
+}
+
+}  // namespace
 
 QuadricAlong::QuadricAlong(const Quadric& f, const Vector3d& a, const Vector3d& b, double fa, double fb)
     : at_a(fa), slope(0), bend(0.5 * (b - a).dot(f.hessian * (b - a))) {
@@ -358,12 +373,11 @@ std::vector<Vector3i> QuadricRefiner::around(const std::vector<Cut>& cuts) const
     if (leaves) far.push_back(box);
     for (const int n : mesh_.triangles[cut.triangle]) near[n] = 1;
   }
+  const BoxTree ways(std::move(far));
   std::vector<Vector3i> triangles;
   for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
     const Vector3i& v = mesh_.triangles[t];
-    if (is_cut[t]) continue;
-    const auto meets = [&](const Eigen::AlignedBox3d& box) { return box.intersects(box_of(v)); };
-    if (near[v[0]] || near[v[1]] || near[v[2]] || std::any_of(far.begin(), far.end(), meets)) triangles.push_back(v);
+    if (!is_cut[t] && (near[v[0]] || near[v[1]] || near[v[2]] || meets_any(ways, box_of(v)))) triangles.push_back(v);
   }
   return triangles;
 }
