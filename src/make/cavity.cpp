@@ -11,6 +11,8 @@
 #include "make/ridges.h"
 #include "mesh/crossing.h"
 #include "mesh/decimate.h"
+#include "mesh/part.h"
+#include "mesh/shells.h"
 #include "rayrep/mesh/level_set.h"
 
 namespace rayrep {
@@ -236,29 +238,34 @@ private:
   double h_;
 };
 
-/// Closes the cavity around a point: all samples within a step of it along each axis. Returns how many were inside.
-std::size_t close_around(BlockField& field, const Eigen::Vector3d& p) {
-  const Eigen::Vector3d at = (p - field.origin_mm) / field.spacing_mm;
-  const Eigen::Vector3i low = at.array().floor().cast<int>();
-  const Eigen::Vector3i samples = BlockField::kSide * field.blocks;
-  std::size_t closed = 0;
-  for (int i = std::max(0, low.x()); i <= std::min(low.x() + 1, samples.x() - 1); ++i)
-    for (int j = std::max(0, low.y()); j <= std::min(low.y() + 1, samples.y() - 1); ++j)
-      for (int k = std::max(0, low.z()); k <= std::min(low.z() + 1, samples.z() - 1); ++k)
-        closed += field.raise(i, j, k, static_cast<float>(0.5 * field.spacing_mm));
-  return closed;
+/// Takes out what is too small for a cavity, before any of it crosses: where two walls are nearly all that there is room for,
+/// needles are left. theory.md (150)
+Mesh take_specks(Mesh& all, double min_cavity_mm3) {
+  constexpr double kSurely = 0.5;  // what is fitted is larger than what was meshed
+  const Components shells = connected_components(all);
+  const std::vector<double> volumes = shell_volumes(all, shells.of_triangle, shells.count);
+  std::vector<int> kept, small;
+  for (int t = 0; t < static_cast<int>(all.triangles.size()); ++t) {
+    const double volume = volumes[static_cast<std::size_t>(shells.of_triangle[static_cast<std::size_t>(t)])];
+    (volume > 0 && volume < kSurely * min_cavity_mm3 ? small : kept).push_back(t);
+  }
+  Mesh specks = part(all, small);
+  if (!small.empty()) all = part(all, kept);
+  return specks;
 }
 
 /// The zero set on its surfaces, lighter if there is an error for that, crossing triangles closed in `field` as far as that helps.
-Mesh sound_surface(BlockField& field, const Fitter& fitter, const CavityOptions& options, const detail::Lighter& lighter,
-                   CavityMesh& result) {
+detail::OffsetSurface sound_surface(BlockField& field, const Fitter& fitter, const CavityOptions& options,
+                                    const detail::Lighter& lighter, CavityMesh& result) {
   constexpr int max_rounds = 8;
   const SurfaceQuery& surface = fitter.surface();
   const double chord_error_mm = lighter.chord_error_mm;
   const detail::CavityMender mender(surface, options);
-  Mesh all;
+  detail::OffsetSurface sound;
+  Mesh& all = sound.mesh;
   for (int round = 0; round < max_rounds; ++round) {
     all = mesh_zero_set(intersect(field, fitter.quadric(), options.clearance_mm));
+    sound.specks = take_specks(all, options.min_cavity_mm3);
     std::vector<Eigen::Vector3d> before = all.vertices;
     if (chord_error_mm > 0) {
       if (options.sharp_ridges) {
@@ -279,11 +286,12 @@ Mesh sound_surface(BlockField& field, const Fitter& fitter, const CavityOptions&
     result.crossing = crossing.size();
     std::size_t closed = 0;
     for (const std::size_t t : crossing)
-      for (int k = 0; k < 3; ++k) closed += close_around(field, before[static_cast<std::size_t>(all.triangles[t][k])]);
+      for (int k = 0; k < 3; ++k) closed += detail::close_around(field, before[static_cast<std::size_t>(all.triangles[t][k])]);
     if (closed == 0) break;
     result.closed_samples += closed;
   }
-  return all;
+  fitter.fit(sound.specks, [](const Eigen::Vector3d&) { return true; });
+  return sound;
 }
 
 double signed_volume(const Mesh& shell) { return mesh_moments(shell)[M1]; }
@@ -292,8 +300,20 @@ double signed_volume(const Mesh& shell) { return mesh_moments(shell)[M1]; }
 
 std::vector<std::size_t> crossing_triangles(const Mesh& mesh) { return triangles_of(crossing_pairs(mesh, close_pairs(mesh))); }
 
-Mesh detail::offset_surface(BlockField& field, const SurfaceQuery& surface, const CavityOptions& options, const Lighter& lighter,
-                            CavityMesh& result) {
+std::size_t detail::close_around(BlockField& field, const Eigen::Vector3d& p) {
+  const Eigen::Vector3d at = (p - field.origin_mm) / field.spacing_mm;
+  const Eigen::Vector3i low = at.array().floor().cast<int>();
+  const Eigen::Vector3i samples = BlockField::kSide * field.blocks;
+  std::size_t closed = 0;
+  for (int i = std::max(0, low.x()); i <= std::min(low.x() + 1, samples.x() - 1); ++i)
+    for (int j = std::max(0, low.y()); j <= std::min(low.y() + 1, samples.y() - 1); ++j)
+      for (int k = std::max(0, low.z()); k <= std::min(low.z() + 1, samples.z() - 1); ++k)
+        closed += field.raise(i, j, k, static_cast<float>(0.5 * field.spacing_mm));
+  return closed;
+}
+
+detail::OffsetSurface detail::offset_surface(BlockField& field, const SurfaceQuery& surface, const CavityOptions& options,
+                                             const Lighter& lighter, CavityMesh& result) {
   Moments everywhere = Moments::Zero();
   everywhere[M1] = 1;
   const FieldQuadric quadric(everywhere, 0);
@@ -321,7 +341,9 @@ CavityMesh mesh_cavity(BlockField& field, const SurfaceQuery& surface, const Mom
   CavityMesh result;
   const FieldQuadric quadric(q, options.inset_mm);
   const Fitter fitter(surface, quadric, options.least_distance_mm(), field.spacing_mm);
-  detail::take_shells(sound_surface(field, fitter, options, {}, result), options, result);
+  detail::OffsetSurface sound = sound_surface(field, fitter, options, {}, result);
+  append(sound.mesh, sound.specks);
+  detail::take_shells(sound.mesh, options, result);
   return result;
 }
 

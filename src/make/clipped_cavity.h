@@ -15,10 +15,18 @@ struct Lighter {
   std::function<bool(const Eigen::Vector3d&)> needs = [](const Eigen::Vector3d&) { return true; };
 };
 
-/// The surface of all that is at least the wall away, closed and facing outward, with few triangles: none is farther from it than
-/// the error. Where it crosses itself it is closed in `field`, as far as that helps, and counted in `result`.
-Mesh offset_surface(BlockField& field, const SurfaceQuery& surface, const CavityOptions& options, const Lighter& lighter,
-                    CavityMesh& result);
+/// The surface of all that is at least the wall away, closed and facing outward.
+struct OffsetSurface {
+  Mesh mesh;
+  Mesh specks;  ///< shells too small for a cavity
+};
+
+/// With few triangles: none is farther from it than the error. Where it crosses itself it is closed in `field`, as far as that
+/// helps, and counted in `result`.
+OffsetSurface offset_surface(BlockField& field, const SurfaceQuery& surface, const CavityOptions& options, const Lighter& lighter,
+                             CavityMesh& result);
+/// Closes the cavity around a point: all samples within a step of it along each axis. @returns how many were inside
+std::size_t close_around(BlockField& field, const Eigen::Vector3d& p);
 /// Shells that are cavities go into `result`, facing inward; islands and what is too small are counted.
 void take_shells(const Mesh& all, const CavityOptions& options, CavityMesh& result);
 
@@ -26,8 +34,8 @@ void take_shells(const Mesh& all, const CavityOptions& options, CavityMesh& resu
 /// what the quadric does not touch is the same for all. theory.md (88)
 class ClippedCavity {
 public:
-  /// Keeps references to `surface` and `options`, which have no inset: what is so far from a quadric ends on a surface of the
-  /// fourth degree (theory.md (48)). @param field  wall - distance; closed where its zero set crosses itself
+  /// Keeps references to all but q. The options have no inset: what is so far from a quadric ends on a surface of the fourth degree
+  /// (theory.md (48)). @param field  wall - distance; closed where its zero set, or what is cut of it, crosses itself
   /// @param q  near to what it is cut by: where it is cut away it is not mended before it is needed
   ClippedCavity(BlockField& field, const SurfaceQuery& surface, const CavityOptions& options, const Moments& q);
 
@@ -39,11 +47,12 @@ public:
   std::optional<CavityMesh> follow(const Moments& q);
 
 private:
-  /// What followed and was mended, for where it cannot be cut anew.
+  /// What followed and was mended, for where it cannot be cut anew or has to be mended as far then.
   struct Followed {
     Moments q;
     QuadricClipped cut;
     std::vector<Eigen::Vector3d> mending;
+    double mended_mm;
     CavityMesh cavity;
   };
 
@@ -55,23 +64,32 @@ private:
   };
 
   std::optional<Moved> follow(const Quadric& f, bool carry) const;
-  std::optional<CavityMesh> cut_anew(const Moments& q);
+  void mesh_offset(const Quadric& first);
+  std::optional<CavityMesh> cut_anew(const Quadric& f);
+  std::optional<CavityMesh> cut_as_it_is(const Quadric& f);
+  bool close_where_it_crosses(const Quadric& f);
   bool mend_what_is_left(const Quadric& f);
+  void note_crossing(const Mesh& mesh, const std::vector<std::size_t>& triangles);
+  double far_mended_mm() const { return 0.2 * options_.least_distance_mm(); }
   QuadricClipOptions clip_options() const;
-  std::optional<CavityMesh> mended(QuadricClipped cut, Mesh mesh);
-  CavityMesh taken(const Mesh& all) const;
+  std::optional<CavityMesh> mended(QuadricClipped cut, Mesh mesh, const Quadric& f);
+  CavityMesh taken(Mesh all, const Quadric& f) const;
 
+  BlockField& field_;
   const SurfaceQuery& surface_;
   const CavityOptions& options_;
-  double reach_mm_;                       ///< of vertices from the surface's distance
-  CavityMesh made_;                       ///< of all that is at least the wall away: only what it counts
-  Mesh offset_;                           ///< facing outward
-  std::vector<char> mended_;              ///< of its vertices: all triangles at them are
-  std::optional<QuadricClipped> last_;    ///< before it was mended
-  std::vector<Eigen::Vector3d> mending_;  ///< by how much each of its vertices was moved then
-  double farthest_mended_mm_ = 0;         ///< of creases
-  bool was_cut_anew_ = false;             ///< for that
-  std::optional<Followed> far_;           ///< mended so far that it is to be cut anew
+  double reach_mm_;                        ///< of vertices from the surface's distance
+  CavityMesh made_;                        ///< of all that is at least the wall away: only what it counts
+  Mesh offset_;                            ///< facing outward
+  std::vector<Mesh> specks_;               ///< what is left out of it: cavities that are filled where nothing cuts them away
+  std::vector<char> mended_;               ///< of its vertices: all triangles at them are
+  std::optional<QuadricClipped> last_;     ///< before it was mended
+  std::vector<Eigen::Vector3d> mending_;   ///< by how much each of its vertices was moved then
+  double farthest_mended_mm_ = 0;          ///< of creases
+  std::vector<Eigen::Vector3d> crossing_;  ///< corners of what could not be mended
+  int closings_ = 0;                       ///< so often
+  bool was_cut_anew_ = false;              ///< for that
+  std::optional<Followed> far_;            ///< mended so far that it is to be cut anew
 };
 
 }  // namespace rayrep::detail

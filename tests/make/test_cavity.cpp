@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <utility>
 
 #include "make/cavity_mender.h"
 #include "make/clipped_cavity.h"
@@ -459,6 +460,55 @@ TEST(ClippedCavity, AnEllipsoidWithinIsACavityOrAnIsland) {
   EXPECT_EQ(around->removed_islands, meshed.removed_islands);
   EXPECT_EQ(around->removed_islands, 1u);
   EXPECT_NEAR(around->removed_mm3, ball, 0.02 * area);
+}
+
+TEST(ClippedCavity, WhatIsTooSmallForOneIsAccountedWhereItIsNotCutAway) {
+  Twins twins(merged({icosphere(10, 4), box({20, -1.6, -10}, {23.2, 1.6, 10})}), 0.5);  // a needle of 0.8 mm in the pillar
+  const double needle = 0.8 * 0.8 * 17.6;
+  twins.options.min_cavity_mm3 = 3 * needle;
+  twins.clipped.emplace(twins.field, twins.surface, twins.options, everywhere());
+  for (const auto& [q, filled] : {std::pair{everywhere(), 1u}, {plane(-30), 1u}, {plane(0, -10), 1u}, {plane(0, 10), 0u}}) {
+    const auto cut = twins.clipped->cut(q);
+    BlockField field = twins.field;
+    const CavityMesh meshed = mesh_cavity(field, twins.surface, q, twins.options);
+    ASSERT_TRUE(cut);
+    EXPECT_EQ(cut->cavities, 1u);
+    EXPECT_EQ(cut->filled, filled);
+    EXPECT_EQ(meshed.filled, filled);
+    EXPECT_NEAR(cut->filled_mm3, filled * needle, 0.3 * needle);
+    EXPECT_NEAR(cut->filled_mm3, meshed.filled_mm3, 0.3 * needle);
+  }
+}
+
+TEST(ClippedCavity, ClosesWhereAPlaneGrazesItsFloorAndTheFileRoundsCoarsely) {
+  Twins twins(icosphere(10, 5), 0.5);
+  const auto stored_far_off = [](const Mesh& mesh) {
+    const Eigen::Vector3d far(1.2e5, 1e5, 0.9e5);  // where float32 has steps of 0.008 mm
+    Mesh result = mesh;
+    for (Eigen::Vector3d& v : result.vertices) v = as_float32(v + far) - far;
+    return result;
+  };
+  const BlockField untouched = twins.field;
+  std::size_t closed = 0;
+  for (const double slope : {0.03, 0.06})
+    for (const double height : {8.77, -8.77})
+      for (const double sign : {1.0, -1.0}) {
+        Moments q = plane(height, slope);
+        q[MY] = -0.3 * slope;
+        const Moments facing = sign * q;
+        twins.options.as_delivered = nullptr;
+        twins.field = untouched;
+        const auto exact = detail::ClippedCavity(twins.field, twins.surface, twins.options, facing).cut(facing);
+        twins.options.as_delivered = stored_far_off;
+        twins.field = untouched;
+        const auto cut = detail::ClippedCavity(twins.field, twins.surface, twins.options, facing).cut(facing);
+        ASSERT_TRUE(exact && cut);
+        EXPECT_TRUE(crossing_triangles(stored_far_off(cut->mesh)).empty());
+        EXPECT_GE(smallest_gap(cut->mesh, twins.surface), 0.98 * 1.2);
+        EXPECT_NEAR(mesh_moments(cut->mesh)[M1], mesh_moments(exact->mesh)[M1], 0.01 * surface_area(exact->mesh));
+        closed += cut->closed_samples;
+      }
+  EXPECT_GT(closed, 0u);
 }
 
 }  // namespace
