@@ -74,12 +74,8 @@ bool closes(const Mesh& plug, const Mouth& mouth) {
 double clearance(const std::vector<Mesh>& plugs, const Mesh& body, const Progress& progress) {
   const SurfaceQuery surface(body);
   double smallest = std::numeric_limits<double>::infinity();
-  std::vector<LineHit> hits;
-  for (const Mesh& plug : plugs) {
-    const Eigen::Vector3d& p = plug.vertices.front();
-    closed_line_hits(surface, p.head<2>(), hits);
-    smallest = std::min(smallest, winding_below(hits, p.z()) > 0 ? 0 : smallest_gap(plug, surface, progress));
-  }
+  for (const Mesh& plug : plugs)
+    smallest = std::min(smallest, is_inside(surface, plug.vertices.front()) ? 0 : smallest_gap(plug, surface, progress));
   return smallest;
 }
 

@@ -32,11 +32,7 @@ public:
     if (surface_.closest(p, kTouches_mm).triangle >= 0 || !lies_there(p)) return 0;
     ClosestPoint closest;
     for (double radius_mm = kOverlap_mm; closest.triangle < 0; radius_mm *= 8) closest = surface_.closest(p, radius_mm);
-    const double depth = closest.distance_mm;
-    // A line through corners of the surface may miss it: what is so deep is there all around, too.
-    for (const double angle : {1.0, 3.3})
-      if (!lies_there(p + 0.5 * depth * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0))) return 0;
-    return depth;
+    return closest.distance_mm;
   }
 
   // Of the pieces of a triangle that the surface does not come near: cut in four until it does not, or all is within kOverlap_mm.
@@ -57,14 +53,10 @@ public:
   }
 
 private:
-  bool lies_there(const Eigen::Vector3d& p) {
-    closed_line_hits(surface_, p.head<2>(), hits_);
-    return (winding_below(hits_, p.z()) > 0) == within_;
-  }
+  bool lies_there(const Eigen::Vector3d& p) const { return is_inside(surface_, p) == within_; }
 
   const SurfaceQuery& surface_;
   bool within_;
-  std::vector<LineHit> hits_;
 };
 
 template <typename DepthOf>

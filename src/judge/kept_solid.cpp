@@ -15,13 +15,10 @@ using namespace verify_detail;
 
 /// How deep the vertices lie where the winding number of the surface has that sign, at most; 0: none does.
 double depth_mm(const Mesh& mesh, const SurfaceQuery& surface, int sign) {
-  std::vector<LineHit> hits;
   double deepest = 0;
-  for (const Eigen::Vector3d& p : mesh.vertices) {
-    closed_line_hits(surface, p.head<2>(), hits);
-    if (sign * winding_below(hits, p.z()) > 0)
+  for (const Eigen::Vector3d& p : mesh.vertices)
+    if (sign * winding_at(surface, p) > 0)
       deepest = std::max(deepest, surface.closest(p, std::numeric_limits<double>::infinity()).distance_mm);
-  }
   return deepest;
 }
 

@@ -117,11 +117,7 @@ double smallest_wall(const Mesh& cavities, const Mesh& outer, const Progress& pr
   std::vector<char> outside(cavities.vertices.size());
   std::vector<double> depth(cavities.vertices.size(), 0);
   tbb::parallel_for(std::size_t{0}, outside.size(), [&](std::size_t v) {
-    if (representative[v] != static_cast<int>(v)) return;
-    thread_local std::vector<LineHit> hits;
-    const Eigen::Vector3d& p = cavities.vertices[v];
-    closed_line_hits(surface, p.head<2>(), hits);
-    outside[v] = winding_below(hits, p.z()) <= 0;
+    if (representative[v] == static_cast<int>(v)) outside[v] = !is_inside(surface, cavities.vertices[v]);
   });
   progress.check();
   tbb::parallel_for(std::size_t{0}, outside.size(), [&](std::size_t v) {

@@ -65,11 +65,7 @@ std::shared_ptr<const SurfaceQuery> with_posts(const Mesh& working, const Eigen:
   return std::make_shared<const SurfaceQuery>(mesh, farther);
 }
 
-bool lies_in_several(const SurfaceQuery& surface, const Eigen::Vector3d& p) {
-  std::vector<LineHit> hits;
-  closed_line_hits(surface, p.head<2>(), hits);
-  return winding_below(hits, p.z()) > 1;
-}
+bool lies_in_several(const SurfaceQuery& surface, const Eigen::Vector3d& p) { return winding_at(surface, p) > 1; }
 
 /// Built, or kept from before.
 std::shared_ptr<Body> body_in(const Eigen::Affine3d& frame, Mesh mesh, const Discretisation& options, const Progress& progress) {

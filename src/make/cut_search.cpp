@@ -296,9 +296,7 @@ bool has_room(const SurfaceQuery& surface, const Eigen::Vector3d& p, const Eigen
   constexpr int kSteps = 6;
   for (const int k : {0, -kSteps, kSteps, -3, 3, -1, 1, -2, 2, -4, 4, -5, 5})
     if (surface.closest(p + k * hole.depth_mm / kSteps * axis, needed).triangle >= 0) return false;
-  std::vector<LineHit> hits;
-  closed_line_hits(surface, p.head<2>(), hits);
-  return winding_below(hits, p.z()) > 0;
+  return is_inside(surface, p);
 }
 
 /// The place farthest from those taken, if it is far enough.

@@ -50,7 +50,7 @@ Mesh posts_below(const std::vector<Mesh>& rooms, const Mesh& mesh, double wall_m
   for (const Mesh& room : rooms) {
     const Eigen::Vector3d top = *std::min_element(room.vertices.begin(), room.vertices.end(),
                                                   [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return a.z() < b.z(); });
-    closed_line_hits(surface, top.head<2>(), hits);
+    surface.line_hits(top.head<2>(), hits);
     double bottom = bounding_box(mesh).min().z();
     for (const LineHit& hit : hits)
       if (hit.z_mm < top.z() - 1e-6 * wall_mm && hit.sign > 0) bottom = hit.z_mm;
@@ -96,11 +96,8 @@ void require_room(const std::vector<FixedBody>& fixed, const Mesh& solid, double
       throw Error(ErrorCode::usage, name + " needs a positive density and a closed surface that faces outward.");
     const SurfaceQuery surface(around);
     const double gap_mm = smallest_gap(room, surface, progress);
-    std::vector<LineHit> hits;
-    const Eigen::Vector3d& p = room.vertices.front();
-    closed_line_hits(surface, p.head<2>(), hits);
-    const bool inside = gap_mm > 0 && winding_below(hits, p.z()) > 0;
-    if (!inside) throw Error(ErrorCode::goal, name + " does not lie inside the body, or meets another one that is fixed in it.");
+    if (!(gap_mm > 0) || !is_inside(surface, room.vertices.front()))
+      throw Error(ErrorCode::goal, name + " does not lie inside the body, or meets another one that is fixed in it.");
     if (gap_mm < wall_mm * (1 - 1e-6))
       throw Error(ErrorCode::goal, name + " lies " + number(gap_mm, 3) +
                                        " mm below the surface, or from another one that is fixed in the body, which is less than "
@@ -128,13 +125,7 @@ void require_held(const HollowOptions& options, const Mesh& solid, const HollowR
   if (options.keep_solid.empty() || made.removed_islands == 0) return;
   const Mesh delivered = made.delivery.solid();
   const SurfaceQuery before(solid), after(delivered);
-  std::vector<LineHit> hits;
-  const auto in_void = [&](const Eigen::Vector3d& p) {
-    closed_line_hits(before, p.head<2>(), hits);
-    if (winding_below(hits, p.z()) <= 0) return false;
-    closed_line_hits(after, p.head<2>(), hits);
-    return winding_below(hits, p.z()) <= 0;
-  };
+  const auto in_void = [&](const Eigen::Vector3d& p) { return is_inside(before, p) && !is_inside(after, p); };
   for (std::size_t n = 0; n < options.keep_solid.size(); ++n) {
     const std::vector<Eigen::Vector3d>& region = options.keep_solid[n].vertices;
     if (!std::all_of(region.begin(), region.end(), in_void)) continue;

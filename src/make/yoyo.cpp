@@ -28,14 +28,11 @@ void require_room(const Mesh& outer, const AxleFit& axle, const SpinSpec& spec, 
   const SurfaceQuery surface(outer);
   double gap_mm = smallest_gap(axle.bore, surface, progress);
   for (std::size_t n = 2; n < axle.taken.size(); ++n) gap_mm = std::min(gap_mm, smallest_gap(axle.taken[n], surface, progress));
-  std::vector<LineHit> hits;
-  const Eigen::Vector3d& p = axle.bore.vertices.front();
-  closed_line_hits(surface, p.head<2>(), hits);
   const std::string what = std::string("The axle, ") + words_of(spec.axle.kind) + " " + number(axle.rod_length_mm, 1) + " mm long" +
                            (axle.across_mm > axle.rod_diameter_mm ? " and " + number(axle.across_mm, 0) + " mm across" : "");
   const std::string instead = std::string(" Choose ") + (spec.axle.kind == Axle::Kind::m4 ? "" : "a thinner one (--axle m4), ") +
                               "a smaller gap (--gap), another centre (--center) or a larger body (--size)." + kInOnePiece;
-  if (!(gap_mm > 0) || winding_below(hits, p.z()) <= 0)
+  if (!(gap_mm > 0) || !is_inside(surface, axle.bore.vertices.front()))
     throw Error(ErrorCode::goal, what + ", has no room in the body: it comes out of it." + instead);
   if (gap_mm < spec.print.wall_mm)
     throw Error(ErrorCode::goal, what + ", comes within " + number(gap_mm, 2) + " mm of the surface, less than the wall of " +

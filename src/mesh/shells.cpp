@@ -30,7 +30,7 @@ void ShellNesting::around(const Eigen::Vector3d& p, int self, Surroundings& resu
     result.line_closes = line_closes(hits_);
   } else {
     if (!surface_) surface_.emplace(mesh_);
-    result.line_closes = closed_line_hits(*surface_, p.head<2>(), hits_) != LineAnswer::open;
+    result.line_closes = closed_line_hits(*surface_, p.head<2>(), hits_);
   }
   below_.clear();
   for (const LineHit& hit : hits_) {

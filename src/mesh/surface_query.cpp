@@ -80,18 +80,12 @@ void sort_hits(std::vector<LineHit>& hits) {
   });
 }
 
-struct CandidateContext {
+/// Handed through Embree to `meet`.
+struct LineContext {
   RTCIntersectContext base;  // must come first: Embree hands this back
-  std::vector<unsigned>* candidates;
+  Eigen::Vector2d xy;
+  std::vector<LineHit>* hits;
 };
-
-/// Notes the triangle and lets the ray go on. Embree may call it more than once for a triangle.
-void collect_candidate(const RTCFilterFunctionNArguments* args) {
-  assert(args->N == 1);
-  const auto* context = reinterpret_cast<const CandidateContext*>(args->context);
-  context->candidates->push_back(RTCHitN_primID(args->hit, 1, 0));
-  args->valid[0] = 0;
-}
 
 struct ClosestContext {
   const Mesh* mesh;
@@ -173,24 +167,16 @@ struct SurfaceQuery::Impl {
       centre = box.center();
       diagonal_mm = box.diagonal().norm();
     }
-    RTCGeometry geometry = rtcNewGeometry(device.handle, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* vertices = static_cast<float*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
-    auto* indices = static_cast<unsigned*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), mesh.triangles.size()));
-    if ((!vertices && !mesh.vertices.empty()) || (!indices && !mesh.triangles.empty())) {
-      rtcReleaseGeometry(geometry);
-      throw std::bad_alloc();
-    }
-    for (std::size_t n = 0; n < mesh.vertices.size(); ++n)
-      for (int k = 0; k < 3; ++k)
-        vertices[3 * n + static_cast<std::size_t>(k)] = static_cast<float>(mesh.vertices[n][k] - centre[k]);
-    for (std::size_t n = 0; n < mesh.triangles.size(); ++n)
-      for (int k = 0; k < 3; ++k) indices[3 * n + static_cast<std::size_t>(k)] = static_cast<unsigned>(mesh.triangles[n][k]);
+    // Boxes and not triangles: Embree's float32 tests of triangles disagree with ours beside edges, a box with room for rounding
+    // is never missed.
+    RTCGeometry geometry = rtcNewGeometry(device.handle, RTC_GEOMETRY_TYPE_USER);
+    rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(mesh.triangles.size()));
+    rtcSetGeometryUserData(geometry, this);
+    rtcSetGeometryBoundsFunction(geometry, bounds_of, nullptr);
+    rtcSetGeometryOccludedFunction(geometry, meet);
     rtcCommitGeometry(geometry);
     scene = rtcNewScene(device.handle);
-    // ROBUST and not HIGH: spatial splits report triangles twice.
-    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
     rtcAttachGeometry(scene, geometry);
     rtcReleaseGeometry(geometry);
@@ -200,6 +186,24 @@ struct SurfaceQuery::Impl {
   ~Impl() { rtcReleaseScene(scene); }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
+
+  static void bounds_of(const RTCBoundsFunctionArguments* args) {
+    const auto& self = *static_cast<const Impl*>(args->geometryUserPtr);
+    Eigen::AlignedBox3d box;
+    for (int k = 0; k < 3; ++k) box.extend(self.mesh.corner(args->primID, k) - self.centre);
+    const double rounding_mm = 4 * std::numeric_limits<float>::epsilon() * self.diagonal_mm;
+    const Eigen::Vector3f lower = (box.min().array() - rounding_mm).cast<float>();
+    const Eigen::Vector3f upper = (box.max().array() + rounding_mm).cast<float>();
+    *args->bounds_o = {lower.x(), lower.y(), lower.z(), 0, upper.x(), upper.y(), upper.z(), 0};
+  }
+
+  /// Notes where the line meets a triangle, and lets it go on.
+  static void meet(const RTCOccludedFunctionNArguments* args) {
+    assert(args->N == 1);
+    const auto& self = *static_cast<const Impl*>(args->geometryUserPtr);
+    const auto& context = *reinterpret_cast<const LineContext*>(args->context);
+    add_line_hit(self.mesh, static_cast<int>(args->primID), context.xy, *context.hits);
+  }
 
   /// Calls back for the triangles that a ball about p may reach.
   void query(const Eigen::Vector3d& p, float radius, RTCPointQueryFunction callback, void* user) const {
@@ -249,12 +253,10 @@ void SurfaceQuery::triangles_near(const Eigen::Vector3d& p, double radius_mm, st
 
 void SurfaceQuery::line_hits(const Eigen::Vector2d& xy, std::vector<LineHit>& hits) const {
   hits.clear();
-  thread_local std::vector<unsigned> candidates;
-  candidates.clear();
-  CandidateContext context;
+  LineContext context;
   rtcInitIntersectContext(&context.base);
-  context.base.filter = collect_candidate;
-  context.candidates = &candidates;
+  context.xy = xy;
+  context.hits = &hits;
   RTCRay ray;
   ray.org_x = static_cast<float>(xy.x() - impl_->centre.x());
   ray.org_y = static_cast<float>(xy.y() - impl_->centre.y());
@@ -269,9 +271,6 @@ void SurfaceQuery::line_hits(const Eigen::Vector2d& xy, std::vector<LineHit>& hi
   ray.id = 0;
   ray.flags = 0;
   rtcOccluded1(impl_->scene, &context.base, &ray);
-  std::sort(candidates.begin(), candidates.end());
-  candidates.erase(std::unique(candidates.begin(), candidates.end()), candidates.end());
-  for (const unsigned t : candidates) add_line_hit(impl_->mesh, static_cast<int>(t), xy, hits);
   sort_hits(hits);
 }
 
@@ -299,9 +298,18 @@ int winding_below(const std::vector<LineHit>& hits, double z_mm) {
   return winding;
 }
 
-LineAnswer closed_line_hits(const SurfaceQuery& surface, const Eigen::Vector2d& xy, std::vector<LineHit>& hits) {
-  return closed_line_hits(surface, xy, hits, line_closes);
+bool closed_line_hits(const SurfaceQuery& surface, const Eigen::Vector2d& xy, std::vector<LineHit>& hits) {
+  surface.line_hits(xy, hits);
+  return line_closes(hits);
 }
+
+int winding_at(const SurfaceQuery& surface, const Eigen::Vector3d& p) {
+  thread_local std::vector<LineHit> hits;
+  surface.line_hits(p.head<2>(), hits);
+  return winding_below(hits, p.z());
+}
+
+bool is_inside(const SurfaceQuery& surface, const Eigen::Vector3d& p) { return winding_at(surface, p) > 0; }
 
 double point_triangle_distance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                const Eigen::Vector3d& c, Eigen::Vector3d* nearest) {

@@ -60,12 +60,7 @@ void SolidBody::prepare() {
 
 double SolidBody::reach_mm(const Vector3d& pivot_mm) const { return rayrep::reach_mm(*mesh_, pivot_mm); }
 
-bool SolidBody::contains(const Vector3d& p) const {
-  if (!box_.contains(p)) return false;
-  std::vector<LineHit> hits;
-  closed_line_hits(*surface_, p.head<2>(), hits);
-  return winding_below(hits, p.z()) > 0;
-}
+bool SolidBody::contains(const Vector3d& p) const { return box_.contains(p) && is_inside(*surface_, p); }
 
 double SolidBody::depth_mm(const Vector3d& p, double least_mm) const {
   const double outside = box_.exteriorDistance(p);

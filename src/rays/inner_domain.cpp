@@ -370,7 +370,6 @@ InnerDomain detail::inner_domain(const KeptSolid& solid, const InnerDomainOption
   const RayRep open = cast_rays(solid, grid, &cast, progress);
   if (domain.cast.bad == 0) domain.cast.first_bad_mm = cast.first_bad_mm;
   domain.cast.rays += cast.rays;
-  domain.cast.recast += cast.recast;
   domain.cast.bad += cast.bad;
   domain.rays = trim_rays(solid.surface, open, domain.field, options.wall_mm, progress);
   drop_small_components(domain, options.min_component_mm3);
@@ -390,13 +389,11 @@ ClosestPoint deepest_point(const SurfaceQuery& surface, const Progress& progress
   ClosestPoint best;
   best.point_mm = box.center();
   const double diagonal = box.diagonal().norm();
-  std::vector<LineHit> hits;
   int samples = 0;
   const auto depth_at = [&](const Eigen::Vector3d& p) {
     ++samples;
-    closed_line_hits(surface, p.head<2>(), hits);
     const ClosestPoint closest = surface.closest(p, 2 * diagonal);
-    const double depth = winding_below(hits, p.z()) > 0 ? closest.distance_mm : -closest.distance_mm;
+    const double depth = is_inside(surface, p) ? closest.distance_mm : -closest.distance_mm;
     if (depth > best.distance_mm) best = {depth, p, closest.triangle};
     return depth;
   };

@@ -72,7 +72,7 @@ RayRep cast(const detail::KeptSolid& solid, const RayGrid& grid, Region region, 
   const auto rows = static_cast<std::size_t>(grid.ny);
   const auto columns = static_cast<std::size_t>(grid.nx);
   std::vector<std::vector<Interval>> row_intervals(rows);
-  std::vector<LineAnswer> answers(grid.size(), LineAnswer::proposed);
+  std::vector<char> open(grid.size(), 0);
   RayRep rays;
   rays.grid = grid;
   rays.first.assign(grid.size() + 1, 0);
@@ -86,13 +86,11 @@ RayRep cast(const detail::KeptSolid& solid, const RayGrid& grid, Region region, 
       std::vector<Interval> of_ray;
       for (std::size_t i = 0; i < columns; ++i) {
         const std::size_t ray = j * columns + i;
-        const Eigen::Vector2d xy = grid.at(ray);
-        answers[ray] = closed_line_hits(surface, xy, hits, [tolerance_mm, from = kept_from](std::vector<LineHit>& found) {
-          join_coincident(found, tolerance_mm);
-          return closes(found, from);
-        });
+        surface.line_hits(grid.at(ray), hits);
+        join_coincident(hits, tolerance_mm);
+        open[ray] = !closes(hits, kept_from);
         of_ray.clear();
-        if (answers[ray] != LineAnswer::open) append_intervals(hits, Windings(kept_from), region, of_ray);
+        if (!open[ray]) append_intervals(hits, Windings(kept_from), region, of_ray);
         rays.first[ray + 1] = static_cast<std::uint32_t>(of_ray.size());
         row_intervals[j].insert(row_intervals[j].end(), of_ray.begin(), of_ray.end());
       }
@@ -105,10 +103,8 @@ RayRep cast(const detail::KeptSolid& solid, const RayGrid& grid, Region region, 
   if (report) {
     *report = {};
     report->rays = grid.size();
-    for (std::size_t ray = 0; ray < grid.size(); ++ray) {
-      if (answers[ray] == LineAnswer::recast) ++report->recast;
-      if (answers[ray] == LineAnswer::open && report->bad++ == 0) report->first_bad_mm = grid.at(ray);
-    }
+    for (std::size_t ray = 0; ray < grid.size(); ++ray)
+      if (open[ray] && report->bad++ == 0) report->first_bad_mm = grid.at(ray);
   }
   return rays;
 }

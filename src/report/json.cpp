@@ -219,7 +219,6 @@ void add_solver(const RunReport& report, Json& json) {
       {"ray_spacing_mm", hollow.ray_spacing_mm},
       {"field_spacing_mm", hollow.field_spacing_mm},
       {"rays_cast", hollow.cast.rays},
-      {"rays_recast", hollow.cast.recast},
       {"rays_bad", hollow.cast.bad},
       {"dropped_components", hollow.dropped_components},
       {"filled_cavities", hollow.filled_cavities},

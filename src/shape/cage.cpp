@@ -74,7 +74,7 @@ private:
     std::vector<LineHit> hits;
     for (std::size_t ray = 0; ray < grid.size(); ++ray) {
       const Eigen::Vector2d xy = grid.at(ray);
-      if (closed_line_hits(surface, xy, hits) == LineAnswer::open) continue;
+      if (!closed_line_hits(surface, xy, hits)) continue;
       const auto nearest = [&](const LineHit& hit) {
         const Eigen::Vector3i& corners = mesh.triangles[static_cast<std::size_t>(hit.triangle)];
         const Eigen::Vector3d p(xy.x(), xy.y(), hit.z_mm);

@@ -24,7 +24,7 @@ public:
     if (const auto* box = std::get_if<Eigen::AlignedBox3d>(&region_)) return box->exteriorDistance(p);
     if (const auto* ball = std::get_if<Ball3>(&region_)) return std::max(0.0, (p - ball->centre_mm).norm() - ball->radius_mm);
     std::vector<LineHit> hits;
-    if (closed_line_hits(*surface_, p.head<2>(), hits) != LineAnswer::open && winding_below(hits, p.z()) > 0) return 0;
+    if (closed_line_hits(*surface_, p.head<2>(), hits) && winding_below(hits, p.z()) > 0) return 0;
     return surface_->closest(p, std::numeric_limits<double>::infinity()).distance_mm;
   }
 

@@ -20,7 +20,7 @@ std::vector<char> outer_triangles(const Mesh& mesh) {
     const Eigen::Vector3d p = (a + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3 + step * normal;
     if (!p.allFinite()) return;
     std::vector<LineHit> hits;
-    if (closed_line_hits(surface, p.head<2>(), hits) != LineAnswer::open) outer[t] = winding_below(hits, p.z()) <= 0;
+    if (closed_line_hits(surface, p.head<2>(), hits)) outer[t] = winding_below(hits, p.z()) <= 0;
   });
   return outer;
 }

@@ -53,10 +53,10 @@ public:
   /// All triangles that come within `radius_mm` of p, and some others, each once, in no order that means anything.
   void triangles_near(const Eigen::Vector3d& p, double radius_mm, std::vector<int>& found) const;
 
-  /// All crossings of the line x, y = const with the mesh, ascending in z, entering ones first where they coincide. Embree proposes
-  /// triangles; whether the line passes through a proposed one, its depth and its sign are decided in double with the half-open
-  /// rule of theory.md (10), by which a closed mesh is crossed as often up as down even through shared edges and vertices.
-  /// Embree may fail to propose a triangle whose edge the line meets: the answer may then not be closed, see closed_line_hits.
+  /// All crossings of the line x, y = const with the mesh, ascending in z, entering ones first where they coincide. Whether the
+  /// line passes through a triangle, its depth and its sign are decided in double with the half-open rule of theory.md (10), by
+  /// which a closed mesh is crossed as often up as down even through shared edges and vertices. Embree finds the triangles by their
+  /// boxes, which have room for its rounding, so that none is missed.
   void line_hits(const Eigen::Vector2d& xy, std::vector<LineHit>& hits) const;
 
 private:
@@ -64,7 +64,7 @@ private:
   std::unique_ptr<Impl> impl_;
 };
 
-/// SurfaceQuery::line_hits by a test of every triangle: exact candidates, cost proportional to their number.
+/// The same as SurfaceQuery::line_hits by a test of every triangle.
 void line_hits_brute_force(const Mesh& mesh, const Eigen::Vector2d& xy, std::vector<LineHit>& hits);
 
 /// Whether a line leaves the mesh as often as it enters it.
@@ -73,26 +73,14 @@ bool line_closes(const std::vector<LineHit>& hits);
 /// Winding number at height z on a line that comes from outside: its hits below z, those that enter less those that leave.
 int winding_below(const std::vector<LineHit>& hits, double z_mm);
 
-/// How the hits of a vertical line were found.
-enum class LineAnswer : unsigned char {
-  proposed,  ///< by SurfaceQuery::line_hits
-  recast,    ///< by testing every triangle, as the proposed ones did not close
-  open       ///< so too, and they do not close: nor does the mesh
-};
+/// SurfaceQuery::line_hits. @returns line_closes of them: true of every line where the mesh is closed
+bool closed_line_hits(const SurfaceQuery& surface, const Eigen::Vector2d& xy, std::vector<LineHit>& hits);
 
-/// The hits of a line that has to close: of SurfaceQuery::line_hits, or where those do not close of every triangle.
-/// @param closes  of the hits, which it may put in order
-template <typename Closes>
-LineAnswer closed_line_hits(const SurfaceQuery& surface, const Eigen::Vector2d& xy, std::vector<LineHit>& hits,
-                            const Closes& closes) {
-  surface.line_hits(xy, hits);
-  if (closes(hits)) return LineAnswer::proposed;
-  line_hits_brute_force(surface.mesh(), xy, hits);
-  return closes(hits) ? LineAnswer::recast : LineAnswer::open;
-}
+/// Winding number of a closed surface at p, by the line below it.
+int winding_at(const SurfaceQuery& surface, const Eigen::Vector3d& p);
 
-/// The same with `line_closes`.
-LineAnswer closed_line_hits(const SurfaceQuery& surface, const Eigen::Vector2d& xy, std::vector<LineHit>& hits);
+/// Whether p lies inside of a closed surface: where its winding number is positive.
+bool is_inside(const SurfaceQuery& surface, const Eigen::Vector3d& p);
 
 /// Distance from p to the closed triangle (a, b, c) and the nearest point, in double. Exact for degenerate triangles too.
 double point_triangle_distance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,

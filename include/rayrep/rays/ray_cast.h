@@ -17,14 +17,13 @@ enum class Region {
 
 struct CastReport {
   std::size_t rays = 0;
-  std::size_t recast = 0;  ///< rays whose proposed hits did not close, decided by testing every triangle
-  std::size_t bad = 0;     ///< rays that did not close even so (the mesh is not closed there): left empty
+  std::size_t bad = 0;  ///< rays that did not close (the mesh is not closed there): left empty
   Eigen::Vector2d first_bad_mm = Eigen::Vector2d::Zero();
 };
 
 /// Ray-rep of a closed mesh: per ray the intervals of the asked region, found from signed crossings (theory.md (10), never by odd
 /// and even); hits within 1e-9 of the mesh's diagonal of each other coincide. The winding number along a ray must stay >= 0 and end
-/// at 0; a ray where it does not is cast again against every triangle, and counted as bad if that does not close either.
+/// at 0; a ray where it does not is counted as bad.
 /// @throws Error{interrupted}
 RayRep cast_rays(const SurfaceQuery& surface, const RayGrid& grid, Region region, CastReport* report = nullptr,
                  const Progress& progress = {});
