@@ -185,7 +185,8 @@ public:
     return reach;
   }
 
-  /// Everywhere, if it is more than `least_mm`. Branch and bound, to 2 % or `close_mm`.
+  /// Everywhere, if it is more than `least_mm`. Branch and bound, to 2 % or `close_mm`, of what is not narrower than that: along a
+  /// boundary of both layers with nothing of the upper one over a room there would be squares to look at without an end.
   double reach_mm(double least_mm, double close_mm = 0.02) const {
     const Eigen::AlignedBox2d box = lower_.box();
     if (box.isEmpty()) return 0;
@@ -226,7 +227,7 @@ private:
     if (lower_.clear_of_rooms(centre, radius)) return;
     const double far = (held ? -1 : 1) * lower_.distance_mm(centre);
     if (!is_open && lower_.is_room(centre)) search.best = std::max(search.best, far);
-    if (far + radius > search.enough()) search.queue.push({far + radius, half, centre});
+    if (radius > search.close_mm && far + radius > search.enough()) search.queue.push({far + radius, half, centre});
   }
 
   LayerShape lower_, upper_;
