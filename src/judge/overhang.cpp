@@ -187,7 +187,7 @@ public:
 
   /// Everywhere, if it is more than `least_mm`. Branch and bound, to 2 % or `close_mm`, of what is not narrower than that: along a
   /// boundary of both layers with nothing of the upper one over a room there would be squares to look at without an end.
-  double reach_mm(double least_mm, double close_mm = 0.02) const {
+  double reach_mm(double least_mm, double close_mm) const {
     const Eigen::AlignedBox2d box = lower_.box();
     if (box.isEmpty()) return 0;
     Search search{least_mm, close_mm, {}};
@@ -377,6 +377,10 @@ struct Layers {
   int last_below(double z) const { return static_cast<int>(std::floor((z - bed_mm) / layer_mm - 0.5)); }
 };
 
+Layers layers_up_to(double highest_mm, const PrintedUp& print) {
+  return {print.bed_mm, std::max(print.layer_mm, (highest_mm - print.bed_mm) / PrintedUp::kMostLayers)};
+}
+
 /// A flat roof: lowest and highest.
 struct FlatRoof {
   double lo, hi;
@@ -454,6 +458,7 @@ std::vector<Between> pieces_of(const std::vector<Loops>& loops, const Progress& 
 struct Stack {
   std::vector<Loops> rooms;
   std::vector<Loops> material;
+  double layer_mm;
   LayerShape shape(std::size_t n) const { return LayerShape(rooms[n], material.empty() ? nullptr : &material[n]); }
 };
 
@@ -474,14 +479,14 @@ double farthest_reach_mm(const Stack& stack, const std::vector<FlatLayer>& under
       pair.emplace(stack.shape(layer.place), stack.shape(layer.place + 1));
       return pair->reach_mm_at(layer.points);
     });
-    for_all([&](const FlatLayer&, const std::optional<OverVoid>& pair) { return pair->reach_mm(best); });
+    for_all([&](const FlatLayer&, const std::optional<OverVoid>& pair) { return pair->reach_mm(best, stack.layer_mm / 10); });
   }
   return best;
 }
 
 /// Half the widest bridge under these roofs.
 double bridged_mm(const Stack& stack, const std::vector<FlatLayer>& under, const PrintedUp& print, const Progress& progress) {
-  return farthest_reach_mm(stack, under, print.layer_mm / std::tan(print.angle_rad), progress);
+  return farthest_reach_mm(stack, under, stack.layer_mm / std::tan(print.angle_rad), progress);
 }
 
 /// Pieces of a layer's material that lie over rooms alone.
@@ -542,11 +547,12 @@ Overhang overhang(const Mesh& cavities, const PrintedUp& print, const Progress& 
   found.sealed_mm3 = -mesh_moments(shells)[M1];
   if (shells.triangles.empty()) return found;
 
-  const Layers layers{print.bed_mm, print.layer_mm};
   const Eigen::AlignedBox3d box = bounding_box(shells);
+  const Layers layers = layers_up_to(box.max().z(), print);
+  found.layer_mm = layers.layer_mm;
   const int first = layers.last_below(box.min().z());
   const int last = layers.last_below(box.max().z());
-  const Stack stack{sections_of(shells, layers, first, last + 1, progress), {}};
+  const Stack stack{sections_of(shells, layers, first, last + 1, progress), {}, layers.layer_mm};
   const std::vector<Between> pieces = pieces_of(stack.rooms, progress);
   for (const Between& layer : pieces)
     found.islands += static_cast<std::size_t>(
@@ -566,13 +572,14 @@ Overhang overhang_in_piece(const Mesh& piece, const Mesh& rooms, const PrintedUp
   const std::vector<FlatRoof> roofs = find_roofs(inside, print.angle_rad, found);
   if (inside.triangles.empty()) return found;
 
-  const Layers layers{print.bed_mm, print.layer_mm};
   const auto [lowest_mm, highest_mm] = heights_of(inside);
+  const Layers layers = layers_up_to(highest_mm, print);
+  found.layer_mm = layers.layer_mm;
   const int first = std::max(0, layers.last_below(lowest_mm));  // what is on the bed is held by it
   const int last = layers.last_below(highest_mm);
   if (last < first) return found;
-  const Stack stack{sections_of(voids, layers, first, last + 1, progress),
-                    sections_of(standing, layers, first, last + 1, progress)};
+  const Stack stack{sections_of(voids, layers, first, last + 1, progress), sections_of(standing, layers, first, last + 1, progress),
+                    layers.layer_mm};
   const auto pairs = stack.rooms.size() - 1;
   std::vector<std::size_t> islands(pairs, 0);
   tbb::parallel_for(std::size_t{0}, pairs, [&](std::size_t n) {
@@ -586,6 +593,7 @@ Overhang overhang_in_piece(const Mesh& piece, const Mesh& rooms, const PrintedUp
 double Overhang::roof_share() const { return surface_mm2 > 0 ? roof_mm2 / surface_mm2 : 0; }
 
 Overhang& Overhang::operator+=(const Overhang& other) {
+  layer_mm = std::max(layer_mm, other.layer_mm);
   surface_mm2 += other.surface_mm2;
   roof_mm2 += other.roof_mm2;
   bridge_mm = std::max(bridge_mm, other.bridge_mm);
@@ -597,8 +605,13 @@ Overhang& Overhang::operator+=(const Overhang& other) {
 
 Figures roof_figures(const Overhang& overhang, const PrintedUp& print) {
   const bool begins = overhang.islands > 0;
+  const bool thick = overhang.layer_mm > print.layer_mm;
   Figures figures = {{.name = "roof_angle_rad", .words = "", .unit = Unit::rad, .value = print.angle_rad},
-                     {.name = "layer_mm", .words = "", .unit = Unit::mm, .value = print.layer_mm},
+                     {.name = "layer_mm",
+                      .words = thick ? "height of the layers that were looked at" : "",
+                      .unit = Unit::mm,
+                      .value = std::max(overhang.layer_mm, print.layer_mm),
+                      .digits = 2},
                      {.name = "roof_mm2",
                       .words = "cavity roofs flatter than 45 degrees",
                       .unit = Unit::mm2,

@@ -13,14 +13,16 @@ namespace rayrep::verify_detail {
 
 /// How a print grows.
 struct PrintedUp {
+  static constexpr int kMostLayers = 2000;
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< upward on the bed; need not be a unit vector
   double bed_mm = 0;                                     ///< of the lowest point, along the unit direction
-  double layer_mm = 0.2;
-  double angle_rad = std::numbers::pi / 4;  ///< roofs that rise less than this from the horizontal sag
+  double layer_mm = 0.2;                                 ///< at least: of tall bodies there are kMostLayers
+  double angle_rad = std::numbers::pi / 4;               ///< roofs that rise less than this from the horizontal sag
 };
 
 /// What of cavities hangs in the air while they are printed. theory.md (96)
 struct Overhang {
+  double layer_mm = 0;      ///< of the layers that were looked at
   double surface_mm2 = 0;   ///< of the cavities
   double roof_mm2 = 0;      ///< of it, where material lies over it and it rises less than the angle
   double bridge_mm = 0;     ///< twice the farthest that a layer reaches over the void below it, of such roofs; to 2 %
@@ -31,7 +33,7 @@ struct Overhang {
   std::optional<double> pillar_mm;
 
   double roof_share() const;  ///< of all of their surface
-  /// Of two prints together: sums, the widest bridge, the thinnest pillar.
+  /// Of two prints together: sums, the thickest layer, the widest bridge, the thinnest pillar.
   Overhang& operator+=(const Overhang& other);
 };
 
@@ -47,7 +49,7 @@ Overhang overhang(const Mesh& cavities, const PrintedUp& print, const Progress& 
 Overhang overhang_in_piece(const Mesh& piece, const Mesh& rooms, const PrintedUp& print, const Progress& progress = {});
 
 /// All but in which direction it is printed.
-Figures roof_figures(const Overhang& overhang, const PrintedUp& print);
+Figures roof_figures(const Overhang& overhang, const PrintedUp& print = {});
 Figures figures_of(const Overhang& overhang, const PrintedUp& print);
 
 }  // namespace rayrep::verify_detail

@@ -88,6 +88,16 @@ TEST(Overhang, WhatIsNarrowerThanAPrinterSeesEndsTheSearch) {
   EXPECT_NEAR(with_wall(0.5).bridge_mm, 20, 0.5);
 }
 
+TEST(Overhang, ATallBodyIsLookedAtInLayersThatGrowWithIt) {
+  const Mesh shape = merged({box({0, 0, 0}, {40, 20, 20}), box({-30, 0, 0}, {-12, 18, 30})});
+  const Overhang small = in_cavity(shape);
+  EXPECT_EQ(small.layer_mm, 0.2);
+  const Overhang tall = in_cavity(scaled(shape, 1e4));
+  EXPECT_NEAR(tall.layer_mm, 30e4 / 2000, 0.01);
+  EXPECT_NEAR(tall.bridge_mm, 1e4 * small.bridge_mm, 0.03 * tall.bridge_mm);
+  EXPECT_NEAR(tall.roof_mm2, 1e8 * small.roof_mm2, 1e-9 * tall.roof_mm2);
+}
+
 TEST(Overhang, OfABallIsTheCapAbove) {
   const Overhang found = in_cavity(icosphere(12, 5), {0.3, -0.5, 0.8});
   EXPECT_NEAR(found.roof_share(), 0.5 * (1 - std::sqrt(0.5)), 2e-3);
