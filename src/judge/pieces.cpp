@@ -208,11 +208,11 @@ void tell_roofs(const std::vector<Piece>& pieces, Verdict& verdict) {
   for (const Piece& piece : pieces) all += piece.inside;
   if (all.surface_mm2 == 0) return;
   verdict.meaning.push_back(roof_words(pieces));
-  for (Figure& figure : roof_figures(all, {})) verdict.figures.push_back(std::move(figure));
+  for (Figure& figure : roof_figures(all)) verdict.figures.push_back(std::move(figure));
 }
 
 void say(const std::vector<Piece>& pieces, const Delivery& delivered, const Spec& spec, Verdict& verdict) {
-  std::string text = "It is printed in " + std::to_string(pieces.size()) + " pieces, which lie flat on the bed: ";
+  std::string text = "It is printed in " + plural(pieces.size(), "piece, which lies", "pieces, which lie") + " flat on the bed: ";
   const double density_g_cm3 = print_of(spec).density_g_cm3;
   for (const Piece& piece : pieces) text += (&piece == &pieces.front() ? "" : "; ") + words_of(piece, density_g_cm3);
   verdict.meaning.push_back(text + ".");
@@ -310,6 +310,7 @@ void judge_pieces(const PrintedDelivery& printed, const Spec& spec, const Limits
   const Moments& s = printed.printed;
   const Moments off = (moments_of_all(pieces) - s).cwiseQuotient(moment_units(std::abs(s[M1]), diagonal_mm));
   auto& criteria = verdict.criteria;
+  criteria.push_back(at_least("in_pieces", "pieces", static_cast<double>(pieces.size()), 2));
   criteria.push_back(at_most("pieces_closed", "edges of pieces that are open or face the wrong way", static_cast<double>(open), 0));
   criteria.push_back(
       at_most("pieces_add_up", "moments of the pieces together, against the whole", off.cwiseAbs().maxCoeff(), 1e-9));

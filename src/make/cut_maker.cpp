@@ -17,6 +17,26 @@
 namespace rayrep::detail {
 namespace {
 
+/// Of a piece, and more than twice as much as clear_of_vertices moves planes.
+constexpr double kThinnest_mm = 0.2;
+
+std::string words_of(Cut::Plane plane) { return direction_place("cut", plane.normal).show() + "=" + shown(plane.offset_mm, 6); }
+
+/// @throws Error{usage} where a plane leaves nothing to print on one of its sides
+void require_thickness(const Mesh& whole, const Cut::Plane& plane) {
+  const auto [lowest, highest] =
+      std::minmax_element(whole.vertices.begin(), whole.vertices.end(),
+                          [&](const auto& a, const auto& b) { return plane.normal.dot(a) < plane.normal.dot(b); });
+  const double lo = plane.normal.dot(*lowest);
+  const double hi = plane.normal.dot(*highest);
+  if (lo + kThinnest_mm <= plane.offset_mm && plane.offset_mm <= hi - kThinnest_mm) return;
+  const bool meets = lo < plane.offset_mm && plane.offset_mm < hi;
+  throw Error(ErrorCode::usage,
+              concat("The plane ", words_of(plane), " of --cut does not meet the body",
+                     meets ? concat(" at least ", shown(kThinnest_mm), " mm, a layer, from its end") : std::string(),
+                     ": it lies between ", shown(lo, 4), " and ", shown(hi, 4), " mm there."));
+}
+
 /// A pin across a cut and the room for it: a hole in each side.
 struct Pin {
   Mesh body;
@@ -95,19 +115,9 @@ void CutMaker::settle() {
 }
 
 std::vector<Cut::Plane> CutMaker::given_planes(const Mesh& whole) const {
+  for (const Cut::Plane& plane : cut_.planes) require_thickness(whole, plane);
   std::vector<Cut::Plane> planes;
-  for (const Cut::Plane& plane : cut_.planes) {
-    const auto [lowest, highest] =
-        std::minmax_element(whole.vertices.begin(), whole.vertices.end(),
-                            [&](const auto& a, const auto& b) { return plane.normal.dot(a) < plane.normal.dot(b); });
-    const double lo = plane.normal.dot(*lowest);
-    const double hi = plane.normal.dot(*highest);
-    if (!(lo < plane.offset_mm && plane.offset_mm < hi))
-      throw Error(ErrorCode::usage,
-                  concat("A plane of --cut, with the offset ", shown(plane.offset_mm, 4),
-                         " mm, does not meet the body, which lies between ", shown(lo, 4), " and ", shown(hi, 4), " mm there."));
-    planes.push_back(clear_of_vertices(whole, plane));
-  }
+  for (const Cut::Plane& plane : cut_.planes) planes.push_back(clear_of_vertices(whole, plane));
   return planes;
 }
 

@@ -293,6 +293,7 @@ TEST(Cut, TheJudgeSeesWhatIsWrongWithPieces) {
     d.parts.push_back(whole);
   });
   EXPECT_TRUE(has(closed, "cavities_opened"));
+  EXPECT_TRUE(has(closed, "in_pieces"));
 }
 
 TEST(Cut, PinsTooNearToACavityAreSeen) {
@@ -320,12 +321,12 @@ TEST(Cut, PlanesThatAreGivenAreTaken) {
   EXPECT_EQ(parts_of(result.delivery, Part::Role::body).size(), 4u);
   EXPECT_EQ(failed(judged(result.delivery, result.spec, egg())), Names{});
   job.spec.print.cut.planes = {{Eigen::Vector3d::UnitX(), 31}};
-  try {
-    hollowed(egg(), job);
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::usage);
-    EXPECT_TRUE(mentions(error.what(), {"does not meet the body", "-30", "30"}));
+  const auto refused = [&job] { return message_of([&job] { hollowed(egg(), job); }, ErrorCode::usage); };
+  EXPECT_TRUE(mentions(refused(), {"x=31", "does not meet the body", "-30", "30"}));
+  // Nor where it leaves a piece that is thinner than a layer, or would be moved out of the body.
+  for (const double offset_mm : {29.9, -29.9999}) {
+    job.spec.print.cut.planes = {{Eigen::Vector3d::UnitX(), offset_mm}};
+    EXPECT_TRUE(mentions(refused(), {"at least 0.2 mm", "-30", "30"}));
   }
 }
 
