@@ -22,6 +22,14 @@ constexpr double kThinnest_mm = 0.2;
 
 std::string words_of(Cut::Plane plane) { return direction_place("cut", plane.normal).show() + "=" + shown(plane.offset_mm, 6); }
 
+/// Of two planes in a box, whichever way they are turned.
+double most_apart_mm(const Eigen::AlignedBox3d& box, const Cut::Plane& a, const Cut::Plane& b) {
+  const double side = a.normal.dot(b.normal) < 0 ? -1 : 1;
+  const Eigen::Vector3d turned = a.normal - side * b.normal;
+  const double middle_mm = turned.dot(box.center()) - (a.offset_mm - side * b.offset_mm);
+  return std::abs(middle_mm) + 0.5 * turned.cwiseAbs().dot(box.sizes());
+}
+
 /// @throws Error{usage} where a plane leaves nothing to print on one of its sides
 void require_thickness(const Mesh& whole, const Cut::Plane& plane) {
   const auto [lowest, highest] =
@@ -115,7 +123,14 @@ void CutMaker::settle() {
 }
 
 std::vector<Cut::Plane> CutMaker::given_planes(const Mesh& whole) const {
-  for (const Cut::Plane& plane : cut_.planes) require_thickness(whole, plane);
+  for (std::size_t n = 0; n < cut_.planes.size(); ++n) {
+    require_thickness(whole, cut_.planes[n]);
+    for (std::size_t k = 0; k < n; ++k)
+      if (most_apart_mm(bounding_box(whole), cut_.planes[k], cut_.planes[n]) < kThinnest_mm)
+        throw Error(ErrorCode::usage, concat("Two planes of --cut, ", words_of(cut_.planes[k]), " and ", words_of(cut_.planes[n]),
+                                             ", are one and the same or nearer to each other than ", shown(kThinnest_mm),
+                                             " mm, a layer, everywhere in the body: leave one of them out."));
+  }
   std::vector<Cut::Plane> planes;
   for (const Cut::Plane& plane : cut_.planes) planes.push_back(clear_of_vertices(whole, plane));
   return planes;

@@ -330,6 +330,19 @@ TEST(Cut, PlanesThatAreGivenAreTaken) {
   }
 }
 
+TEST(Cut, ThePlaneThatIsGivenTwiceIsRefusedWhicheverWayItIsTurned) {
+  Job<FloatSpec> job = afloat_in_pieces();
+  job.spec.print.cut.where = Cut::Where::given;
+  const Eigen::Vector3d x = Eigen::Vector3d::UnitX();
+  const std::vector<std::vector<Cut::Plane>> twins = {
+      {{x, 3}, {x, 3}}, {{x, 3}, {-x, -3}}, {{x, 3}, {-x, -3.1}}, {{x, 3}, {Eigen::Vector3d(1, 0.001, 0).normalized(), 3}}};
+  for (const auto& planes : twins) {
+    job.spec.print.cut.planes = planes;
+    EXPECT_TRUE(mentions(message_of([&] { hollowed(egg(), job); }, ErrorCode::usage),
+                         {"Two planes of --cut", "x=3", "leave one of them out"}));
+  }
+}
+
 TEST(Cut, WhatDoesNotGoWithItIsRefused) {
   const auto refused = [](const auto& change) {
     Job<FloatSpec> job = afloat_in_pieces();
