@@ -343,6 +343,14 @@ TEST(Cut, ThePlaneThatIsGivenTwiceIsRefusedWhicheverWayItIsTurned) {
   }
 }
 
+TEST(Cut, AWallAloneHasNoRoomForPinsHoweverThickItIs) {
+  for (const double wall_mm : {2.0, 8.0, 20.0}) {
+    const double inner = 30 - wall_mm;
+    const Mesh body = hollow(box({-30, -30, -30}, {30, 30, 30}), box({-inner, -inner, -inner}, {inner, inner, inner}));
+    EXPECT_TRUE(detail::pin_places(body, {{Eigen::Vector3d::UnitZ(), 0.3}}, 0, {0.3, 3.5, wall_mm}, {}).empty()) << wall_mm;
+  }
+}
+
 TEST(Cut, WhatDoesNotGoWithItIsRefused) {
   const auto refused = [](const auto& change) {
     Job<FloatSpec> job = afloat_in_pieces();
