@@ -91,8 +91,16 @@ double smallest_gap_on_bed(const std::vector<Piece>& pieces) {
   return smallest;
 }
 
-/// Between the rooms of pins, of the cavities those that hold something that is put in, and all others.
-double wall_at_pins(const Delivery& delivered, const Mesh& whole, const Progress& progress) {
+/// Whether a room is no larger than a pin in it needs.
+bool is_for(const Eigen::AlignedBox3d& pin, const Eigen::AlignedBox3d& room) {
+  constexpr double kMost_mm = 2;  // of clearance, and of air behind its ends
+  return ((room.sizes() - pin.sizes()).array() <= 2 * kMost_mm).all();
+}
+
+/// Between the rooms of pins, of the cavities those that hold something that is put in, and all others. A pin (of what is printed)
+/// that stands in a cavity has none.
+/// @returns 0 for such a pin
+double wall_at_pins(const Delivery& delivered, const Mesh& whole, double density_g_cm3, const Progress& progress) {
   const Components shells = connected_components(whole);
   const std::vector<double> volumes = shell_volumes(whole, shells.of_triangle, shells.count);
   const std::vector<Mesh> parts = split(whole, shells);
@@ -104,7 +112,9 @@ double wall_at_pins(const Delivery& delivered, const Mesh& whole, const Progress
     for (std::size_t s = 0; s < parts.size(); ++s)
       if (volumes[s] < 0 && bounding_box(parts[s]).contains(box) && (smallest == parts.size() || volumes[s] > volumes[smallest]))
         smallest = s;
-    if (smallest < parts.size()) is_room[smallest] = 1;
+    if (smallest == parts.size()) continue;
+    if (part.density_g_cm3 == density_g_cm3 && !is_for(box, bounding_box(parts[smallest]))) return 0;
+    is_room[smallest] = 1;
   }
   Mesh rooms;
   Mesh others;
@@ -329,7 +339,8 @@ void judge_pieces(const PrintedDelivery& printed, const Spec& spec, const Limits
                             " closed: the halves are whole towards the string. With '--axle none --cut auto' all are open, and the "
                             "pieces are glued.");
   const double wall_mm = print_of(spec).wall_mm;
-  if (const double wall = wall_at_pins(delivered, whole, progress); wall_mm > 0 && std::isfinite(wall))
+  if (const double wall = wall_at_pins(delivered, whole, print_of(spec).density_g_cm3, progress);
+      wall_mm > 0 && std::isfinite(wall))
     criteria.push_back(at_least("wall_at_pins", "thinnest wall between cavities and pins, over the wall asked for", wall / wall_mm,
                                 limits.wall_ratio));
   verdict.figures.push_back({.name = "pieces", .words = "", .value = records(pieces, print_of(spec).density_g_cm3)});

@@ -298,11 +298,12 @@ TEST(Cut, TheJudgeSeesWhatIsWrongWithPieces) {
 
 TEST(Cut, PinsTooNearToACavityAreSeen) {
   const Mesh outer = box({0, 0, 0}, {40, 40, 40});
-  const auto with_pin_at = [&](double x) {
+  const auto with_pin_at = [&](double x, bool has_room = true) {
     const Prism hole{{x, 20, 20.01}, Eigen::Vector3d::UnitZ(), 1, -4, 4, 16};
     Prism pin = hole;
     pin.radius_mm = 0.8;
-    Mesh body = merged({outer, flipped(box({10, 10, 10}, {30, 30, 30})), flipped(surface_of(hole))});
+    Mesh body = merged({outer, flipped(box({10, 10, 10}, {30, 30, 30}))});
+    if (has_room) append(body, flipped(surface_of(hole)));
     const Halves two = halves(body, {Eigen::Vector3d::UnitZ(), 20.01});
     Delivery delivery{{{.mesh = two.above, .name = "a"}, {.mesh = two.below, .name = "b"}}};
     delivery.parts.push_back({.mesh = surface_of(pin), .role = Part::Role::insert});
@@ -311,6 +312,7 @@ TEST(Cut, PinsTooNearToACavityAreSeen) {
   const auto has = [](const Names& names) { return std::find(names.begin(), names.end(), "wall_at_pins") != names.end(); };
   EXPECT_FALSE(has(with_pin_at(5)));
   EXPECT_TRUE(has(with_pin_at(8.5)));
+  EXPECT_TRUE(has(with_pin_at(20, false)));  // in the cavity, where nothing holds it
 }
 
 TEST(Cut, PlanesThatAreGivenAreTaken) {
