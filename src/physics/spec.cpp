@@ -1483,6 +1483,11 @@ void check(const TargetSpec& spec, For purpose) {
   check_bounds(spec, purpose);
   if (purpose == For::judging) return;
   check_inertia(spec.wanted);
+  if (spec.print.self_supporting_deg != 0 &&
+      std::all_of(spec.wanted.begin(), spec.wanted.end(), [](const auto& w) { return w.has_value(); }))
+    usage_error(
+        "With all ten numbers given (--mass, --com and --inertia) one inside alone has them, and pillars under its roofs would "
+        "change them: leave --self-supporting out, or one of the numbers open.");
   for (const InertialWish& wish : spec.order) {
     if (wish.number >= MX && wish.number <= MZ && !spec.wanted[M1])
       usage_error(std::string("To minimise ") + inertial_name(wish.number) +

@@ -8,6 +8,7 @@
 #include "make/carriers.h"
 #include "rayrep/judge/verify.h"
 #include "rayrep/make/hollow.h"
+#include "rayrep/physics/inertial.h"
 #include "shapes.h"
 #include "solids.h"
 
@@ -166,6 +167,16 @@ TEST(SelfSupporting, RefusesWhatItDoesNotKnow) {
   HollowOptions other = quick();
   other.solver = Solver::voxels;
   EXPECT_TRUE(mentions(message_of([&] { hollow(solid, spec, other); }, ErrorCode::usage), {"--solver quadric"}));
+}
+
+TEST(SelfSupporting, IsRefusedWithAllTenNumbersBeforeAnythingIsMade) {
+  TargetSpec spec;
+  spec.print.self_supporting_deg = 45;
+  const Mesh solid = box({-20, -15, -10}, {20, 15, 10});
+  const MassProperties body = mass_properties(mesh_moments(solid), 1);
+  for (int k = M1; k <= MXZ; ++k) spec.wanted[static_cast<std::size_t>(k)] = inertial_number(body, static_cast<MomentIndex>(k));
+  EXPECT_TRUE(mentions(message_of([&] { hollow(solid, spec, quick()); }, ErrorCode::usage),
+                       {"all ten numbers", "--mass", "--inertia", "--self-supporting"}));
 }
 
 TEST(KeptSolid, IsCountedProvenAndLeftAlone) {
