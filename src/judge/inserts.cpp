@@ -30,9 +30,7 @@ public:
   double of(const Eigen::Vector3d& p) {
     constexpr double kTouches_mm = 1e-6;  // and what fills its room touches it everywhere: the quick answer first
     if (surface_.closest(p, kTouches_mm).triangle >= 0 || !lies_there(p)) return 0;
-    ClosestPoint closest;
-    for (double radius_mm = kOverlap_mm; closest.triangle < 0; radius_mm *= 8) closest = surface_.closest(p, radius_mm);
-    return closest.distance_mm;
+    return surface_.closest(p, kInfinity).distance_mm;
   }
 
   // Of the pieces of a triangle that the surface does not come near: cut in four until it does not, or all is within kOverlap_mm.

@@ -133,7 +133,9 @@ void require_held(const HollowOptions& options, const Mesh& solid, const HollowR
         ErrorCode::usage,
         concat("Region ", n + 1, " of what is kept solid (--keep-solid) lies free in a cavity, where nothing holds it: let it ",
                "reach into the wall, with a strut for example",
-               print_of(made.spec).infill.wanted() ? "." : ", or have it carried by pillars (--self-supporting)."));
+               print_of(made.spec).infill.wanted() || print_of(made.spec).self_supporting_deg > 0
+                   ? "."
+                   : ", or have it carried by pillars (--self-supporting)."));
   }
 }
 

@@ -124,6 +124,24 @@ HollowResult hollow_flattened(const Mesh& solid, const StandSpec& spec, const Ho
   return result;
 }
 
+namespace {
+
+/// By the way that such a spec asks for.
+HollowResult made_of(const Mesh& solid, const Spec& spec, const HollowOptions& options, const Progress& progress) {
+  if (print_of(spec).self_supporting_deg > 0) return hollow_self_supporting(solid, spec, options, progress);
+  if (const TargetSpec* target = std::get_if<TargetSpec>(&spec))
+    if (const auto result = hollow_determined(solid, *target, options, progress)) {
+      if (!options.as_printed) return *result;
+      throw Error(
+          ErrorCode::usage,
+          "A body with all ten numbers given cannot be fitted to what a slicer lays down: leave one of them open, or slice it "
+          "yourself (rayrep measure tells what came of it).");
+    }
+  Plan planned = std::visit([&](const auto& s) { return plan(solid, s, options, progress); }, spec);
+  return carry_out(planned, options, progress);
+}
+
+}  // namespace
 }  // namespace detail
 
 Settings settings(HollowOptions& options, const Spec& spec) {
@@ -172,17 +190,7 @@ HollowResult hollow(const Mesh& solid, const Spec& spec, const HollowOptions& op
     paused.pauses_mm = detail::pauses_mm(options.fixed, solid, up_of(spec));
     return hollow(solid, spec, paused, progress);
   }
-  if (print_of(spec).self_supporting_deg > 0) return detail::hollow_self_supporting(solid, spec, options, progress);
-  if (const TargetSpec* target = std::get_if<TargetSpec>(&spec))
-    if (const auto result = detail::hollow_determined(solid, *target, options, progress)) {
-      if (!options.as_printed) return *result;
-      throw Error(
-          ErrorCode::usage,
-          "A body with all ten numbers given cannot be fitted to what a slicer lays down: leave one of them open, or slice it "
-          "yourself (rayrep measure tells what came of it).");
-    }
-  detail::Plan plan = std::visit([&](const auto& s) { return detail::plan(solid, s, options, progress); }, spec);
-  HollowResult result = detail::carry_out(plan, options, progress);
+  HollowResult result = detail::made_of(solid, spec, options, progress);
   detail::require_held(options, solid, result);
   return result;
 }
