@@ -246,13 +246,15 @@ bool DrainPlaces::is_clear_of_pillars(const DrainHole& hole) const {
                      [&](const Rod& pillar) { return gap_mm(drilled, pillar) >= kClearOfPillars_mm; });
 }
 
-/// What is kept solid lies neither around it nor within the wall of it.
+/// What is kept solid lies neither around it nor within the wall of it; what is in front of the outside is no matter.
 bool DrainPlaces::leaves_solid(const DrainHole& hole) const {
   if (!kept_solid_) return true;
-  const int steps = static_cast<int>(std::ceil(4 * hole.length_mm / radius_mm_));
+  const double before_mm = hole.inside ? kOutside * radius_mm_ : 0;
+  const double long_mm = before_mm + hole.length_mm;
+  const int steps = static_cast<int>(std::ceil(4 * long_mm / radius_mm_));
   std::vector<LineHit> hits;
   for (int n = 0; n <= steps; ++n) {
-    const Eigen::Vector3d at = hole.mouth_mm - hole.length_mm * n / steps * hole.outward;
+    const Eigen::Vector3d at = hole.mouth_mm + (before_mm - long_mm * n / steps) * hole.outward;
     closed_line_hits(*kept_solid_, at.head<2>(), hits);
     if (winding_below(hits, at.z()) > 0 || kept_solid_->closest(at, radius_mm_ + wall_mm_).triangle >= 0) return false;
   }
@@ -408,7 +410,7 @@ std::optional<DrainHole> DrainPlaces::passage(const Cavity& cavity) const {
     const Eigen::Vector3d ends[] = {there.point_mm + kOutside * radius_mm_ * hole.outward,
                                     there.point_mm - hole.length_mm * hole.outward};
     if (outside_.closest(ends[0], radius_mm_ + wall_mm_).triangle < 0 &&
-        outside_.closest(ends[1], radius_mm_ + wall_mm_).triangle < 0)
+        outside_.closest(ends[1], radius_mm_ + wall_mm_).triangle < 0 && leaves_solid(hole) && is_clear_of_pillars(hole))
       return hole;
   }
   return std::nullopt;

@@ -325,6 +325,30 @@ TEST(Drained, HolesKeepAwayFromWhatIsKeptSolid) {
   EXPECT_GE(kept_mm(hollow(egg(), spec, options)), 0.98 * spec.print.wall_mm);
 }
 
+TEST(Drained, NoPassageLeadsThroughWhatIsKeptSolid) {
+  // A slab right across parts the room in two, and the upper one would drain into the lower one.
+  const Mesh solid = box({-15, -15, 0}, {15, 15, 30});
+  StandSpec spec = drained<StandSpec>(true);
+  HollowOptions options = as_stl();
+  const auto pass_with = [&](const Mesh& region) {
+    options.keep_solid = {region};
+    const HollowResult made = hollow(solid, spec, options);
+    EXPECT_EQ(made.cavities, 2u);
+    Verdict verdict = verify(made.delivery, &solid, made.spec);
+    judge_kept_solid(
+        made.delivery.solid(),
+        {.regions = options.keep_solid, .wall_mm = spec.print.wall_mm, .original = &solid, .drains = &print_of(made.spec).drains},
+        verdict);
+    EXPECT_TRUE(verdict.pass()) << ::testing::PrintToString(failed(verdict));
+    return holes_of(verdict).size();
+  };
+  // Turned, so that its upper side is lowest at a corner.
+  Mesh tilted = box({-40, -40, -0.5}, {40, 40, 0.5});
+  const Eigen::Affine3d turn = Eigen::Translation3d(0, 0, 15) * Eigen::AngleAxisd(0.2, Eigen::Vector3d(1, 1, 0).normalized());
+  for (Eigen::Vector3d& v : tilted.vertices) v = turn * v;
+  EXPECT_GE(pass_with(tilted), 2u);
+}
+
 TEST(Drained, RefusesWhatItCannotDo) {
   FloatSpec spec = drained<FloatSpec>(true);
   spec.print.drains.where = Drains::Where::given;
