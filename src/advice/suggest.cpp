@@ -105,7 +105,8 @@ public:
       const std::optional<Change> change = least(way, {});
       keep(change);
       // What stood in the way is out of it: else all would be tried with holes or pillars, which takes long.
-      if (change && (way.kind == ChangeKind::drain || way.kind == ChangeKind::roof)) return advice_;
+      if (change && way.kind == ChangeKind::drain) return advice_;
+      if (change && way.kind == ChangeKind::roof) return print_of(asked_).min_feature_mm ? advice_ : with_print_directions();
     }
     std::erase_if(ways_, [](const Way& way) { return way.kind == ChangeKind::deform; });
     if (!advice_.suggestions.empty() || ways_.size() < 2) return advice_;
@@ -117,6 +118,16 @@ public:
   }
 
 private:
+  /// Beside what has been found, if those are looked for.
+  Advice with_print_directions() {
+    for (const Way& way : ways_) {
+      if (way.kind != ChangeKind::direction || search_.first_only) continue;
+      advice_.tried += ", " + way.words;
+      keep(least(way, {}));
+    }
+    return advice_;
+  }
+
   void keep(const std::optional<Change>& change) {
     if (!change) return;
     advice_.suggestions.push_back(*change);
@@ -177,11 +188,20 @@ private:
       const HollowResult result = hollow(mesh, spec_with(change), options, quiet_);
       Verdict verdict = verify(result.delivery, &mesh, result.spec, {}, quiet_);
       judge_kept_solid(result.delivery.solid(), kept_solid_terms(options.keep_solid, result.spec, &mesh), verdict, quiet_);
-      return verdict.pass();
+      return verdict.pass() && carries_roofs(result);
     } catch (const Error& error) {
       if (error.code() == ErrorCode::interrupted) throw;
       return false;
     }
+  }
+
+  /// All that were to be carried.
+  static bool carries_roofs(const HollowResult& result) {
+    for (const Figure& figure : result.proof_figures)
+      if (figure.name == "self_supporting")
+        for (const auto& [key, value] : std::get<Record>(figure.value))
+          if (key == "carried") return std::get<bool>(value);
+    return true;
   }
 
   /// The least change along a way that is in reach after what was changed `before`, by its place in the ladder.
@@ -333,9 +353,10 @@ void Adviser::add_roofs() {
   if (!way.ladder.empty()) ways_.push_back(std::move(way));
 }
 
-/// Where pools stay as it is held, they may run out as it is held otherwise.
+/// Where pools stay as it is held, they may run out as it is held otherwise; other roofs are flat then.
 void Adviser::add_print_directions() {
-  if (print_of(asked_).drains.where != Drains::Where::found) return;
+  const Print& print = print_of(asked_);
+  if (print.drains.where != Drains::Where::found && print.self_supporting_deg == 0) return;
   ways_.push_back({ChangeKind::direction, "other ways to hold it in the printer", {}, [this](const Change& before) {
                      return print_direction(before);
                    }});

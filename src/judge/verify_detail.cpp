@@ -9,6 +9,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -412,21 +413,47 @@ void judge_trapped(const Surface& surface, const Print& print, const Progress& p
                           " g. If you will drill a hole into each, drain it and close the hole, say --drained.");
 }
 
+/// Facets of a roof that is as steep as asked for are tilted by what its mesh may be off.
+double flattest_deg(const Print& print) { return std::max(0.0, print.self_supporting_deg - 2); }
+
+/// Share of the cavities' surface that has material over it and is flatter than roofs were to be. theory.md (160)
+double flatter_share(const Mesh& rooms, const PrintedUp& print, double least_rad) {
+  const Eigen::Vector3d up = print.direction.normalized();
+  double all_mm2 = 0;
+  double flatter_mm2 = 0;
+  for (std::size_t t = 0; t < rooms.triangles.size(); ++t) {
+    const Eigen::Vector3d& a = rooms.corner(t, 0);
+    const Eigen::Vector3d twice = (rooms.corner(t, 1) - a).cross(rooms.corner(t, 2) - a);
+    all_mm2 += 0.5 * twice.norm();
+    if (-up.dot(twice) > std::cos(least_rad) * twice.norm()) flatter_mm2 += 0.5 * twice.norm();
+  }
+  return all_mm2 > 0 ? flatter_mm2 / all_mm2 : 0;
+}
+
 /// Of roofs that were to be self-supporting: what of them is not.
-void note_roofs(const Overhang& found, const Print& print, Verdict& verdict) {
-  if (!(print.self_supporting_deg > 0)) return;
+void note_roofs(const Overhang& found, double flatter, const Print& print, Verdict& verdict) {
   constexpr double kMostShare = 0.01;
+  // So far any printer bridges; the end of a hole in a roof is as wide as that.
+  constexpr double kMostBridge_mm = 4;
+  const double most_mm = print.drains.wanted() ? std::max(kMostBridge_mm, print.drains.diameter_mm) : kMostBridge_mm;
   std::string what;
   const auto add = [&what](bool is_so, const std::string& words) {
     if (is_so) what += (what.empty() ? "" : ", ") + words;
   };
   add(found.islands > 0, plural(found.islands, "piece begins", "pieces begin") + " in mid-air");
-  add(found.roof_share() > kMostShare && print.self_supporting_deg >= 45,
-      number(100 * found.roof_share(), 1) + " % of the cavities' surface is flatter");
-  add(found.bridge_mm > print.drains.diameter_mm, "a layer bridges " + number(found.bridge_mm, 1) + " mm");
+  add(flatter > kMostShare,
+      number(100 * flatter, 1) + " % of the cavities' surface is flatter than " + shown(flattest_deg(print)) + " degrees");
+  add(found.bridge_mm > most_mm, "a layer bridges " + number(found.bridge_mm, 1) + " mm");
   if (what.empty()) return;
   verdict.notes.push_back("Not all roofs came out self-supporting at " + shown(print.self_supporting_deg) + " degrees: " + what +
                           ". Look at the layers in the slicer, or print it in another direction (--print-direction).");
+}
+
+/// Of roofs that were to be self-supporting.
+void judge_roofs(const Overhang& found, double flatter, const Print& print, Verdict& verdict) {
+  verdict.figures.push_back(
+      {.name = "flatter_share", .words = "flatter than " + shown(flattest_deg(print)) + " degrees, likewise", .value = flatter});
+  note_roofs(found, flatter, print, verdict);
 }
 
 void tell_overhang(const Surface& surface, const SurfaceTerms& terms, const Progress& progress, Verdict& verdict) {
@@ -434,10 +461,12 @@ void tell_overhang(const Surface& surface, const SurfaceTerms& terms, const Prog
   PrintedUp print;
   print.direction = terms.print.direction.value_or(terms.up);
   print.bed_mm = lowest_along(surface.mesh, print.direction.normalized());
-  Overhang found = overhang(rooms_in(surface, progress), print, progress);
+  const Mesh rooms = rooms_in(surface, progress);
+  Overhang found = overhang(rooms, print, progress);
   found.sealed_mm3 = surface.cavities.triangles.empty() ? 0 : -mesh_moments(surface.cavities)[M1];
   verdict.figures = figures_of(found, print);
-  note_roofs(found, terms.print, verdict);
+  if (terms.print.self_supporting_deg == 0) return;
+  judge_roofs(found, flatter_share(rooms, print, flattest_deg(terms.print) * std::numbers::pi / 180), terms.print, verdict);
 }
 
 }  // namespace

@@ -326,6 +326,7 @@ private:
     constexpr int kAround = 12;
     for (int k = 0; !stand(here + beside(k / kAround, k % kAround, kAround)) && k < kAround * kAround;) ++k;
     worth(c, (c.axis - here).norm() + shape_.radius_mm);
+    c.top_mm = std::max(c.top_mm, roof.at.z() + roof.room_mm);  // right above a pillar nothing widens that would reach it
     take(c);
   }
 

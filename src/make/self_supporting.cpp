@@ -4,6 +4,7 @@
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "base/rotation.h"
 #include "base/text.h"
@@ -99,7 +100,7 @@ struct Slimmed {
   Planned planned;
   HollowOptions options;  ///< with what is kept solid for it
   std::size_t carriers = 0;
-  bool carried = false;  ///< every roof is that can be; else the last cut has some that nobody looked at
+  bool carried = false;  ///< every roof is; else the last cut has some that nobody looked at, or no cone can be made
 };
 
 bool carries_itself(const Planned& planned, const Wanted& wanted) {
@@ -158,9 +159,8 @@ Slimmed slimmed(const Wanted& wanted, const Planned& all, const HollowOptions& o
     how.within.reset();
     if (!cut_is_no_roof) how.within = PrintFrame(*before.plan.body, wanted.direction).quadric(result.planned.solved.q);
     const Carriers found = carriers_of(before, wanted, how, progress);
-    if (!anew || round == 0) result.carried = found.roof_mm2 <= kLeft * found.surface_mm2;
-    result.carried |= found.bones.empty();  // what no cone can carry
-    if (result.carried) break;
+    result.carried = found.roof_mm2 <= kLeft * found.surface_mm2;
+    if (result.carried || found.bones.empty()) break;
     if (anew) result.options.pillars = options.pillars;
     result.options.pillars.insert(result.options.pillars.end(), found.bones.begin(), found.bones.end());
     result.planned = planned(wanted.solid, wanted.spec, result.options, progress);
@@ -207,17 +207,19 @@ std::vector<Eigen::Vector3d> directions_of(const Spec& spec, const HollowOptions
   return usual_directions(spec);
 }
 
-/// The direction in which it costs least, on few rays. @throws Error{goal} when it can be done in none
+/// The direction in which it costs least of those in which all roofs are carried, on few rays; else of all.
+/// @throws Error{goal} when it can be done in none
 Eigen::Vector3d best_direction(const std::vector<Eigen::Vector3d>& directions, const Wanted& wanted, const HollowOptions& options,
                                const Progress& progress) {
   if (directions.size() == 1) return directions.front();
   const HollowOptions few = on_few_rays(options);
   const Planned all = planned(wanted.solid, wanted.spec, few, progress);
   std::optional<Eigen::Vector3d> best;
-  double least = 0;
+  std::pair<bool, double> least;
   for (const Eigen::Vector3d& direction : directions) try {
-      const double cost =
-          slimmed({wanted.solid, wanted.spec, wanted.angle_rad, direction}, all, few, progress).planned.solved.report.objective;
+      const Slimmed slim = slimmed({wanted.solid, wanted.spec, wanted.angle_rad, direction}, all, few, progress);
+      // What gave up on roofs has more room, and may cost less for that alone.
+      const std::pair cost(!slim.carried, slim.planned.solved.report.objective);
       if (best && cost >= least) continue;
       best = direction;
       least = cost;
@@ -251,42 +253,39 @@ std::string tell_price(const Planned& all, const Slimmed& slim, Record& record) 
          " mm lower" + (proven ? " at most (proven)" : "");
 }
 
+/// How its roofs are carried.
+std::string told(const Slimmed& slim, const Print& print, double kept) {
+  const std::string flatter = "roofs that would rise less than " + degrees_words(print);
+  if (slim.carriers == 0)
+    return slim.carried ? "it has no " + flatter : "it has " + flatter + " where no cone on a pillar can be made";
+  return plural(slim.carriers, "cone on a pillar carries ", "cones on pillars carry ") + flatter + ", and take " +
+         number(100 * (1 - kept), 1) + " % of the room inside" + (slim.carried ? "" : ", but not all roofs are carried");
+}
+
 void tell(const Planned& all, const Slimmed& slim, const Print& print, HollowResult& result) {
   const double kept = slim.planned.plan.body->inner.rays.volume_mm3() / all.plan.body->inner.rays.volume_mm3();
-  Record record = {
-      {"angle_deg", print.self_supporting_deg}, {"carriers", static_cast<double>(slim.carriers)}, {"inner_domain_kept", kept}};
+  Record record = {{"angle_deg", print.self_supporting_deg},
+                   {"carriers", static_cast<double>(slim.carriers)},
+                   {"carried", slim.carried},
+                   {"inner_domain_kept", kept}};
   const std::string price = tell_price(all, slim, record);
-  const std::string flatter = "roofs that would rise less than " + degrees_words(print);
-  result.proof.push_back((slim.carriers == 0
-                              ? "it has no " + flatter
-                              : plural(slim.carriers, "cone on a pillar carries ", "cones on pillars carry ") + flatter +
-                                    ", and take " + number(100 * (1 - kept), 1) + " % of the room inside") +
-                         price);
+  result.proof.push_back(told(slim, print, kept) + price);
   result.proof_figures.push_back({.name = "self_supporting", .words = "", .value = record});
 }
 
-/// Of these another one in which there is a plan, as an option; empty where there is none.
-std::string other_direction(Wanted wanted, const Planned& all, const HollowOptions& options, const Progress& progress) {
-  const Eigen::Vector3d refused = wanted.direction.normalized();
-  for (const Eigen::Vector3d& direction : usual_directions(wanted.spec)) try {
-      if ((direction - refused).norm() < 1e-6) continue;
-      wanted.direction = direction;
-      if (!slimmed(wanted, all, options, progress).carried) continue;
-      const auto text = [&direction](int k) { return shown(std::abs(direction[k]) < 1e-9 ? 0.0 : direction[k], 8); };
-      return concat("--print-direction ", text(0), ",", text(1), ",", text(2));
-    } catch (const Error& error) {
-      if (!is_refusal(error)) throw;
-    }
-  return {};
-}
-
 /// What is told when nothing comes of it: whatever is proven is so with these cones only.
-Error refused(const Wanted& wanted, const Planned& all, const HollowOptions& options, const Progress& progress, const Error& why) {
-  const std::string other = options.look_only ? std::string() : other_direction(wanted, all, options, progress);
-  return Error(ErrorCode::goal, concat("The cones on pillars that carry its roofs along ", shown(wanted.direction),
-                                       " (--self-supporting) leave too little room. With them: ", why.what(),
-                                       " Without them it can be done: leave --self-supporting out or give it a smaller angle",
-                                       other.empty() ? "." : concat("; or print it in another direction: ", other, ".")));
+Error refused(const Wanted& wanted, const Error& why) {
+  const Print& print = print_of(wanted.spec);
+  const double thick_mm = print.min_feature_mm.value_or(0);
+  const std::string thinner = thick_mm > print.wall_mm
+                                  ? concat(" Their pillars are ", shown(thick_mm), " mm thick and the wall ", shown(print.wall_mm),
+                                           " mm: thinner ones take less (--min-feature).")
+                                  : std::string();
+  return Error(ErrorCode::goal,
+               concat("The cones on pillars that carry its roofs along ", shown(wanted.direction),
+                      " (--self-supporting) leave too little room. With them: ", why.what(), thinner,
+                      " Without them it can be done: leave --self-supporting out, give it a smaller angle, or print "
+                      "it in another direction (--print-direction)."));
 }
 
 /// All that leads to a plan, and that.
@@ -314,7 +313,7 @@ Found found(const Mesh& solid, const Spec& spec, const HollowOptions& options, c
     return {all, std::move(slim), std::move(filled)};
   } catch (const Error& error) {
     if (error.code() != ErrorCode::goal) throw;
-    throw refused(wanted, all, options, progress, error);
+    throw refused(wanted, error);
   }
 }
 
