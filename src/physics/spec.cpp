@@ -1463,6 +1463,16 @@ void check_bounds(const TargetSpec& spec, For purpose) {
   }
 }
 
+/// @throws Error{usage} for what plans for itself, where the wall alone is left to meet what is wanted
+static void check_all_ten(const TargetSpec& spec) {
+  if (!std::all_of(spec.wanted.begin(), spec.wanted.end(), [](const auto& w) { return w.has_value(); })) return;
+  const bool cones = spec.print.self_supporting_deg > 0;
+  if (!cones && !spec.print.balls.wanted()) return;
+  const std::string what = cones ? "cones under roofs (--self-supporting)" : "balls (--balls)";
+  usage_error("With all ten numbers given (--mass, --com, --inertia) the wall alone is left to meet them, and " + what +
+              " need room of their own: leave one of the numbers open, or " + (cones ? "--self-supporting" : "--balls") + " out.");
+}
+
 void check(const TargetSpec& spec, For purpose) {
   check_rows(spec, purpose);
   const auto says_nothing = [](const InertialTargets& numbers) {
@@ -1483,11 +1493,7 @@ void check(const TargetSpec& spec, For purpose) {
   check_bounds(spec, purpose);
   if (purpose == For::judging) return;
   check_inertia(spec.wanted);
-  if (spec.print.self_supporting_deg != 0 &&
-      std::all_of(spec.wanted.begin(), spec.wanted.end(), [](const auto& w) { return w.has_value(); }))
-    usage_error(
-        "With all ten numbers given (--mass, --com and --inertia) one inside alone has them, and pillars under its roofs would "
-        "change them: leave --self-supporting out, or one of the numbers open.");
+  check_all_ten(spec);
   for (const InertialWish& wish : spec.order) {
     if (wish.number >= MX && wish.number <= MZ && !spec.wanted[M1])
       usage_error(std::string("To minimise ") + inertial_name(wish.number) +

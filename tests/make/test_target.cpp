@@ -652,6 +652,9 @@ TEST(HollowTarget, RefusesNumbersThatMakeNoSense) {
   EXPECT_TRUE(mentions(refused({{MX, 0}, {MY, 0}, {MZ, 0}, {MXX, 1}, {MYY, 2}, {MZZ, 4}}), {"No body has this inertia"}));
   EXPECT_TRUE(mentions(refused({{MX, 0}, {MY, 0}, {MZ, 0}, {MXX, 2}, {MYY, 2}, {MZZ, 3}, {MXY, 2}, {MYZ, 0}, {MXZ, 0}}),
                        {"No body has this inertia"}));
+  Job<TargetSpec> all = coarse({10, 0, 0, 0, 2, 2, 3, 0, 0, 0});
+  all.spec.print.self_supporting_deg = 45;
+  EXPECT_TRUE(mentions(error_of([&] { hollowed(solid, all); }, ErrorCode::usage).what(), {"all ten", "--self-supporting out"}));
   EXPECT_TRUE(mentions(refused({{MX, 0}}, {{MZ}}), {"com_z", "--mass"}));
   EXPECT_TRUE(mentions(refused({{M1, 10}}, {{MXX}}), {"ixx", "--com"}));
   InertialTargets mass;
