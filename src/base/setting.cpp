@@ -111,7 +111,8 @@ void check(const Settings& settings) {
 
 double parse_number(const std::string& name, const std::string& text) {
   const std::optional<double> value = number_in(text);
-  if (!value) usage_error("--" + name + " takes a number, such as 12.5; it is '" + text + "'." + number_hint(text));
+  if (!value || std::isnan(*value))
+    usage_error("--" + name + " takes a number, such as 12.5; it is '" + text + "'." + number_hint(text));
   return *value;
 }
 

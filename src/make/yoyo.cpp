@@ -19,24 +19,40 @@
 namespace rayrep::detail {
 namespace {
 
+constexpr double kLeastGap_mm = 0.5;  // that --gap may be
 constexpr const char* kInOnePiece = " --axle none makes it in one piece.";
 
 AxleFit fitted(const SpinSpec& spec, double reach) { return fit(spec.axle, *spec.centre_mm, spec.up.normalized(), reach); }
 
+/// How far what is put in lies from the surface; 0 where it comes out of it.
+double room_mm(const SurfaceQuery& surface, const AxleFit& axle, const Progress& progress) {
+  double gap_mm = smallest_gap(axle.bore, surface, progress);
+  for (std::size_t n = 2; n < axle.taken.size(); ++n) gap_mm = std::min(gap_mm, smallest_gap(axle.taken[n], surface, progress));
+  return is_inside(surface, axle.bore.vertices.front()) ? std::max(gap_mm, 0.0) : 0;
+}
+
+/// Of what would be another axle, if it has room.
+std::string where_it_fits(const char* words, SpinSpec other, const SurfaceQuery& surface, const Progress& progress) {
+  return room_mm(surface, fitted(other, 1), progress) >= other.print.wall_mm ? words : "";
+}
+
 /// @throws Error{goal} where what is put in is not in the body, or nearer to its surface than the wall
 void require_room(const Mesh& outer, const AxleFit& axle, const SpinSpec& spec, const Progress& progress) {
   const SurfaceQuery surface(outer);
-  double gap_mm = smallest_gap(axle.bore, surface, progress);
-  for (std::size_t n = 2; n < axle.taken.size(); ++n) gap_mm = std::min(gap_mm, smallest_gap(axle.taken[n], surface, progress));
+  const double gap_mm = room_mm(surface, axle, progress);
+  if (gap_mm > 0 && gap_mm >= spec.print.wall_mm) return;
+  SpinSpec thinner = spec;
+  thinner.axle.kind = Axle::Kind::m4;
+  SpinSpec nearer = spec;
+  nearer.axle.gap_mm = std::min(spec.axle.gap_mm, kLeastGap_mm);
   const std::string what = std::string("The axle, ") + words_of(spec.axle.kind) + " " + number(axle.rod_length_mm, 1) + " mm long" +
                            (axle.across_mm > axle.rod_diameter_mm ? " and " + number(axle.across_mm, 0) + " mm across" : "");
-  const std::string instead = std::string(" Choose ") + (spec.axle.kind == Axle::Kind::m4 ? "" : "a thinner one (--axle m4), ") +
-                              "a smaller gap (--gap), another centre (--center) or a larger body (--size)." + kInOnePiece;
-  if (!(gap_mm > 0) || !is_inside(surface, axle.bore.vertices.front()))
-    throw Error(ErrorCode::goal, what + ", has no room in the body: it comes out of it." + instead);
-  if (gap_mm < spec.print.wall_mm)
-    throw Error(ErrorCode::goal, what + ", comes within " + number(gap_mm, 2) + " mm of the surface, less than the wall of " +
-                                     number(spec.print.wall_mm, 2) + " mm." + instead);
+  const std::string instead = " Choose " + where_it_fits("a thinner one (--axle m4), ", thinner, surface, progress) +
+                              where_it_fits("a smaller gap (--gap), ", nearer, surface, progress) +
+                              "another centre (--center) or a larger body (--size)." + kInOnePiece;
+  if (!(gap_mm > 0)) throw Error(ErrorCode::goal, what + ", has no room in the body: it comes out of it." + instead);
+  throw Error(ErrorCode::goal, what + ", comes within " + number(gap_mm, 2) + " mm of the surface, less than the wall of " +
+                                   number(spec.print.wall_mm, 2) + " mm." + instead);
 }
 
 /// Hands everything on, and takes what was made apart.

@@ -383,6 +383,7 @@ TextPlace cut_place(Cut& cut) {
 }
 
 constexpr double kWidestGapOfBearing_mm = 5;
+constexpr double kNarrowestGap_mm = 0.5;  // no string is thinner
 constexpr std::array<const char*, 4> kAxles = {"none", "m4", "8mm", "bearing-608"};
 
 /// Nothing that is printed or floated in is heavier than 25 g/cm3: then kg/m3 was meant.
@@ -1399,7 +1400,9 @@ void check_axle(const SpinSpec& spec, For purpose) {
     return;
   }
   if (!spec.yoyo) usage_error("--axle belongs to --yoyo; a top has a tip.");
-  if (!(axle.gap_mm > 0)) usage_error("With an axle there is a gap for the string: give --gap more than 0, or --axle none.");
+  if (!(axle.gap_mm >= kNarrowestGap_mm))
+    usage_error("With an axle there is a gap for the string: give --gap at least " + shown(kNarrowestGap_mm) +
+                ", or --axle none; it is " + shown(axle.gap_mm) + ".");
   if (axle.kind == Axle::Kind::bearing_608 && axle.gap_mm > kWidestGapOfBearing_mm)
     usage_error("A 608 bearing is 7 mm wide and sits in both halves: --gap must be at most " + shown(kWidestGapOfBearing_mm) +
                 " mm; it is " + shown(axle.gap_mm) + ".");

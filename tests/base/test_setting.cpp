@@ -41,7 +41,7 @@ TEST(Setting, NumbersAreReadWholeWithAHintWhereTheyAreNot) {
   parse(row, "+2.5e-1");
   EXPECT_EQ(wall, 0.25);
   const std::pair<const char*, const char*> cases[] = {
-      {"1,2", "1.2"}, {"2mm", "without 'mm'"}, {"50%", "0.5"}, {"", "takes a number"}};
+      {"1,2", "1.2"}, {"2mm", "without 'mm'"}, {"50%", "0.5"}, {"", "takes a number"}, {"nan", "takes a number"}};
   for (const auto& [text, hint] : cases) EXPECT_NE(refusal([&, t = text] { parse(row, t); }).find(hint), std::string::npos) << text;
   EXPECT_EQ(wall, 0.25) << "what is refused changes nothing";
   wall = -1;

@@ -150,6 +150,11 @@ TEST(Yoyo, WhereTheAxleHasNoRoomThatIsSaid) {
   const Mesh small = uv_ellipsoid(12, 12, 8, 24);
   Job<SpinSpec> job = yoyo(Axle::Kind::rod_8mm);
   EXPECT_TRUE(mentions(refusal(small, job, ErrorCode::goal), {"no room", "36.0 mm long", "--axle none"}));
+  // Only what would help is advised.
+  EXPECT_FALSE(mentions(refusal(small, job, ErrorCode::goal), {"--gap"}));
+  job = yoyo(Axle::Kind::m4, 9);
+  EXPECT_TRUE(mentions(refusal(uv_ellipsoid(15, 15, 11.5, 24), job, ErrorCode::goal), {"--gap"}));
+  job = yoyo(Axle::Kind::rod_8mm);
   // Two blocks and a web between them above the gap: below it there are two pieces.
   const Mesh dumbbell = merged({box({-30, -8, -14}, {-6, 8, 14}), box({6, -8, -14}, {30, 8, 14}), box({-29, -7, 3}, {29, 7, 13})});
   job = yoyo(Axle::Kind::m4);
@@ -161,8 +166,10 @@ TEST(Yoyo, WhatDoesNotGoWithAnAxleIsRefused) {
   Job<SpinSpec> job = yoyo(Axle::Kind::m4);
   job.spec.yoyo = false;
   EXPECT_TRUE(mentions(refusal(lens(), job, ErrorCode::usage), {"--axle belongs to --yoyo"}));
-  job = yoyo(Axle::Kind::m4, 0);
-  EXPECT_TRUE(mentions(refusal(lens(), job, ErrorCode::usage), {"--gap"}));
+  for (const double narrow_mm : {0.0, 0.001}) {
+    job = yoyo(Axle::Kind::m4, narrow_mm);
+    EXPECT_TRUE(mentions(refusal(lens(), job, ErrorCode::usage), {"--gap at least 0.5"}));
+  }
   job = yoyo(Axle::Kind::bearing_608, 6);
   EXPECT_TRUE(mentions(refusal(lens(), job, ErrorCode::usage), {"at most 5"}));
   job = yoyo(Axle::Kind::none, 3);
