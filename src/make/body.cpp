@@ -8,6 +8,7 @@
 #include "make/fixed.h"
 #include "make/kept_bodies.h"
 #include "rayrep/base/error.h"
+#include "rayrep/mesh/boolean.h"
 #include "rayrep/mesh/mesh_check.h"
 #include "rayrep/physics/hydrostatics.h"
 #include "rays/kept_solid.h"
@@ -71,6 +72,22 @@ bool lies_in_several(const SurfaceQuery& surface, const Eigen::Vector3d& p) { re
 std::shared_ptr<Body> body_in(const Eigen::Affine3d& frame, Mesh mesh, const Discretisation& options, const Progress& progress) {
   if (options.kept) return options.kept->body(frame, mesh, options, progress);
   return std::make_shared<Body>(std::move(mesh), frame, options, progress);
+}
+
+/// @throws Error{usage} where what is kept solid takes all of a body
+void require_left(const Mesh& outer, const Discretisation& options, const Progress& progress) {
+  if (options.keep_solid.empty()) return;
+  std::vector<Mesh> operands = {outer};
+  operands.insert(operands.end(), options.keep_solid.begin(), options.keep_solid.end());
+  const double left_mm3 = mesh_moments(combined(operands, {.operation = BooleanOperation::subtract}, progress).mesh)[M1];
+  if (left_mm3 > 1e-6 * mesh_moments(outer)[M1]) return;
+  Eigen::AlignedBox3d box;
+  for (const Mesh& region : options.keep_solid) box.extend(bounding_box(region));
+  throw Error(ErrorCode::usage,
+              concat("Nothing remains inside: what is kept solid (--keep-solid) takes all of the body. It reaches from ",
+                     shown_to_thousandths(box.min()), " to ", shown_to_thousandths(box.max()), " mm, the body from ",
+                     shown_to_thousandths(bounding_box(outer).min()), " to ", shown_to_thousandths(bounding_box(outer).max()),
+                     ". Its mesh is taken in mm, where it is in the body after --unit and --size: keep less of it solid."));
 }
 
 }  // namespace
@@ -224,8 +241,10 @@ bool Body::refine(const Discretisation& options, const Progress& progress) {
 }
 
 std::string Body::nothing_inside(const Discretisation& options, const Progress& progress) const {
-  const std::string kept =
-      options.keep_solid.empty() && options.pillars.empty() ? "" : " around the surface and what is kept solid";
+  require_left(outer, options, progress);
+  const std::string regions = options.keep_solid.empty() ? "" : " and what is kept solid (--keep-solid)";
+  const std::string cones = options.pillars.empty() ? "" : " and cones on pillars (--self-supporting)";
+  const std::string kept = regions.empty() && cones.empty() ? "" : " around the surface" + regions + cones;
   const std::string wall = "a wall of " + number(options.wall_mm, 2) + " mm" + kept;
   const Eigen::Vector3d size = bounding_box(outer).sizes();
   const std::string measures = " The body measures " + shown(size.x(), 4) + " x " + shown(size.y(), 4) + " x " +

@@ -240,7 +240,9 @@ TEST(KeptSolid, IsCountedProvenAndLeftAlone) {
   EXPECT_TRUE(mentions(message_of([&] { hollow(solid, spec, options); }, ErrorCode::usage), {"Region 1", "free in a cavity"}));
   options.keep_solid = {box({-2, -2, 18}, {2, 2, 40})};
   EXPECT_TRUE(verify(hollow(solid, spec, options).delivery.body(), &solid, spec).pass());
-  options.keep_solid = {flipped(options.keep_solid[0])};
+  options.keep_solid = {box({-50, -50, -50}, {50, 50, 50})};
+  EXPECT_TRUE(mentions(message_of([&] { hollow(solid, spec, options); }, ErrorCode::usage), {"--keep-solid", "takes all", "-50"}));
+  options.keep_solid = {flipped(box({-2, -2, 18}, {2, 2, 40}))};
   EXPECT_TRUE(mentions(message_of([&] { hollow(solid, spec, options); }, ErrorCode::usage), {"--keep-solid"}));
 }
 
