@@ -442,6 +442,21 @@ std::vector<DrainHole> DrainPlaces::for_cavity(const Cavity& cavity, const std::
   return holes;
 }
 
+/// On the outside. @throws Error{usage} for a place that is not near it
+Eigen::Vector3d DrainPlaces::mouth_near(const Eigen::Vector3d& given) const {
+  const Eigen::AlignedBox3d box = bounding_box(body_.outer);
+  const Eigen::Vector3d in_box = given.cwiseMax(box.min()).cwiseMin(box.max());
+  constexpr double kSquaresOverflow = 1e9;
+  const Eigen::Vector3d from = (given - in_box).stableNorm() < kSquaresOverflow * body_.diagonal_mm ? given : in_box;
+  const Eigen::Vector3d mouth = outside_.closest(from, reach_mm_ + (from - body_.outer.vertices.front()).norm()).point_mm;
+  const double away_mm = (given - mouth).stableNorm();
+  if (away_mm <= longest_mm()) return mouth;
+  throw Error(ErrorCode::usage,
+              concat("There is no hole to drill at ", shown(given), ": that is ", shown(away_mm, 4),
+                     " mm away from the outside, the nearest point of which is ", place(mouth),
+                     ". Choose a place on the outside, in mm and in the mesh's frame (--drain), or --drain auto."));
+}
+
 /// To the nearest point of the cavity, or among cones to the nearest one to which there is nothing against it.
 std::optional<DrainHole> DrainPlaces::given_hole(const Eigen::Vector3d& mouth, const Eigen::Vector3d& inner,
                                                  const Cavity& cavity) const {
@@ -460,7 +475,7 @@ std::optional<DrainHole> DrainPlaces::given_hole(const Eigen::Vector3d& mouth, c
 std::vector<DrainHole> DrainPlaces::at_given_places() const {
   std::vector<DrainHole> holes;
   for (const Eigen::Vector3d& given : drains_.points_mm) {
-    const Eigen::Vector3d mouth = outside_.closest(given, reach_mm_ + (given - body_.outer.vertices.front()).norm()).point_mm;
+    const Eigen::Vector3d mouth = mouth_near(given);
     const Cavity* nearest = nullptr;
     ClosestPoint inner{.distance_mm = reach_mm_};
     for (const Cavity& cavity : cavities_)

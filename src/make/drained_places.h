@@ -112,6 +112,7 @@ private:
   DrainHole sunk(const DrainHole& hole, const Cavity& cavity) const;
   std::optional<DrainHole> opposite(const Candidate& one, const std::vector<Candidate>& all, const Cavity& cavity) const;
 
+  Eigen::Vector3d mouth_near(const Eigen::Vector3d& given) const;
   std::optional<DrainHole> given_hole(const Eigen::Vector3d& mouth, const Eigen::Vector3d& inner, const Cavity& cavity) const;
   std::vector<DrainHole> at_given_places() const;
   std::optional<DrainHole> passage(const Cavity& cavity) const;

@@ -355,6 +355,11 @@ TEST(Drained, RefusesWhatItCannotDo) {
   spec.print.drains.points_mm = {{0, 0, -30}};  // solid below
   EXPECT_TRUE(mentions(message_of([&] { hollow(egg(), spec, as_stl()); }, ErrorCode::usage),
                        {"behind it is no cavity", "mm long at most", "--drain"}));
+  for (const double far_mm : {1000.0, 1e308}) {
+    spec.print.drains.points_mm = {{far_mm, far_mm, far_mm}};
+    EXPECT_TRUE(
+        mentions(message_of([&] { hollow(egg(), spec, as_stl()); }, ErrorCode::usage), {"away from the outside", "--drain"}));
+  }
   spec = drained<FloatSpec>(true);
   spec.print.infill.percent = 15;
   spec.print.wall_mm = 2;
