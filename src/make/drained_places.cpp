@@ -165,7 +165,7 @@ void DrainPlaces::add_bound(const FloatSpec& spec) {
   bounds_.push_back(
       {up, lowest_along(up) + *spec.waterline_mm + kFreeboard * body_.height_mm, std::tan(kHeel_rad),
        bounding_box(body_.outer).center(),
-       "above the waterline, by 3 % of the height and so that it takes no water when it heels by 10 degrees, unless it is "
+       "lie above the waterline, by 3 % of the height and so that it takes no water when it heels by 10 degrees, unless it is "
        "closed again (--plug)"});
 }
 
@@ -173,7 +173,7 @@ void DrainPlaces::add_bound(const StandSpec& spec) {
   const Eigen::Vector3d up = spec.up.normalized();
   const double height_mm = -lowest_along(-up) - lowest_along(up);
   bounds_.push_back({up, lowest_along(up) + spec.contact_tolerance_mm.value_or(contact_tolerance_mm(height_mm)), 0,
-                     Eigen::Vector3d::Zero(), "not in the support"});
+                     Eigen::Vector3d::Zero(), "not be in the support"});
 }
 
 void DrainPlaces::add_bound(const SpinSpec& spec) {
@@ -181,7 +181,7 @@ void DrainPlaces::add_bound(const SpinSpec& spec) {
   if (spec.yoyo) return;
   const Eigen::Vector3d up = spec.up.normalized();
   bounds_.push_back({up, up.dot(from_working_.translation()) + contact_tolerance_mm(body_.height_mm), 0, Eigen::Vector3d::Zero(),
-                     "clear of the tip"});
+                     "be clear of the tip"});
 }
 
 void DrainPlaces::add_bound(const PoseSpec& spec) {
@@ -192,10 +192,10 @@ void DrainPlaces::add_bound(const PoseSpec& spec) {
     if (pose.kind == Pose::Kind::floats && !drains_.plugged && pose.waterline_mm)
       bounds_.push_back({up, lowest + *pose.waterline_mm + kFreeboard * height_mm, std::tan(kHeel_rad),
                          bounding_box(body_.outer).center(),
-                         "above the waterline of each pose, unless it is closed again (--plug)"});
+                         "lie above the waterline of each pose, unless it is closed again (--plug)"});
     if (pose.kind == Pose::Kind::stands)
       bounds_.push_back({up, lowest + spec.contact_tolerance_mm.value_or(contact_tolerance_mm(height_mm)), 0,
-                         Eigen::Vector3d::Zero(), "not in the support of any pose"});
+                         Eigen::Vector3d::Zero(), "not be in the support of any pose"});
     balanced_ = balanced_ || pose.kind == Pose::Kind::spins;
   }
 }
@@ -207,7 +207,7 @@ std::string DrainPlaces::out_of_bounds(const DrainHole& hole) const {
     const double lowest = bound.up.dot(hole.mouth_mm) - radius_mm_ * reach_along(hole.outward, bound.up);
     const double needed = bound.above_mm + bound.slope * away;
     if (lowest <= needed)
-      return std::string("it must be ") + bound.words + ": its lowest point is " + number(needed - lowest, 2) + " mm too low";
+      return std::string("it must ") + bound.words + ": its lowest point is " + number(needed - lowest, 2) + " mm too low";
   }
   return {};
 }
@@ -560,12 +560,13 @@ void DrainPlaces::drain_what_stays(const Drilled& drilled, std::vector<DrainHole
     stay_mm3 = less_mm3;
   }
   if (stay_mm3 <= kMostTrapped * room_mm3) return;
-  throw Error(ErrorCode::goal, "Held with " + held() + " up, as it is printed, " + number(stay_mm3 / 1000, 2) +
-                                   " cm3 would stay in the cavities, " + number(100 * stay_mm3 / room_mm3, 1) +
-                                   " % of their room: no hole can be lower" + bounds_words() + "." +
-                                   remedies(" Print it the other way up (--print-direction), " +
-                                            std::string(drains_.plugged ? "" : "close the holes again (--plug), ") +
-                                            "or say where they shall be and take what stays (--drain X,Y,Z)."));
+  throw Error(
+      ErrorCode::goal,
+      "Held with " + held() + " up, as it is printed, " + number(stay_mm3 / 1000, 2) + " cm3 would stay in the cavities, " +
+          number(100 * stay_mm3 / room_mm3, 1) + " % of their room: no hole can be lower" + bounds_words() + "." +
+          remedies(" Print it the other way up (--print-direction), " +
+                   std::string(drains_.plugged ? "" : "close the holes again (--plug), ") +
+                   "drill narrower ones (--drain-diameter), or say where they shall be and take what stays (--drain X,Y,Z)."));
 }
 
 /// The print's direction.
@@ -577,11 +578,13 @@ std::string DrainPlaces::held() const {
 /// Among cones it is tried what helps: drain_refusal.h
 std::string DrainPlaces::remedies(const std::string& words) const { return pillars_.empty() ? words : std::string(); }
 
-/// ", as each must lie ..."; nothing where it may be anywhere.
+/// ", as each must ..."
 std::string DrainPlaces::bounds_words() const {
-  std::string words;
-  for (const Bound& bound : bounds_) words += (words.empty() ? ", as each must be " : " and ") + std::string(bound.words);
-  return words;
+  std::string words = ", as each must be " + number(longest_mm(), 1) + " mm long at most";
+  for (const Bound& bound : bounds_) words += std::string(", ") + bound.words;
+  if (kept_solid_) words += ", keep off what is kept solid (--keep-solid)";
+  if (!pillars_.empty()) words += ", pass beside pillars (--self-supporting)";
+  return words + ", and have a mouth where the outside is even";
 }
 
 std::vector<DrainHole> DrainPlaces::find(const Mesh& shells, const Drilled& drilled) {
