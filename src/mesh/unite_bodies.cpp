@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "mesh/close_pairs.h"
 #include "mesh/crossing.h"
+#include "mesh/decimate.h"
 #include "mesh/orientation.h"
 #include "mesh/shells.h"
 #include "rayrep/mesh/boolean.h"
@@ -25,6 +26,10 @@ using Eigen::Vector3d;
 
 /// Volume in common, over that of all: what is less is how flush faces were rounded.
 constexpr double kLeastOverlap = 1e-9;
+
+/// Of the diagonal: how far from the triangles that do without them corners may lie, as rounding has put them.
+constexpr double kFlatFloat32 = 1e-8;
+constexpr double kFlat = 1e-14;
 
 /// Lines along which both solids are compared, along each side of the box.
 constexpr int kLines = 24;
@@ -101,6 +106,13 @@ private:
   std::vector<AlignedBox3d> boxes_;
 };
 
+/// Without the corners in flat faces that what is inside now has left there. theory.md (152)
+Mesh without_flat_corners(Mesh mesh, const Progress& progress) {
+  const double error = (is_float32(mesh) ? kFlatFloat32 : kFlat) * bounding_box(mesh).diagonal().norm();
+  DecimatedMesh few = decimated(mesh, {error, [](const Mesh& as_it_is) { return as_it_is; }}, progress);
+  return few.crossing == 0 ? std::move(few.mesh) : std::move(mesh);
+}
+
 double volume_of(const Mesh& mesh) { return shell_volumes(mesh, std::vector<int>(mesh.triangles.size(), 0), 1).front(); }
 
 /// Length of a vertical line in the solid.
@@ -150,7 +162,7 @@ UnitedBodies united_bodies(const Mesh& mesh, bool twice, const Progress& progres
   else if (!same_solid(mesh, united.mesh, progress))
     result.left = "what came of it was not the same solid";
   else
-    result.mesh = std::move(united.mesh);
+    result.mesh = without_flat_corners(std::move(united.mesh), progress);
   return result;
 }
 

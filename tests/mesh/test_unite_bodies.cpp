@@ -148,5 +148,21 @@ TEST(UniteBodies, AnyPair) {
   EXPECT_GT(made_one, 250);
 }
 
+TEST(UniteBodies, FlatFacesKeepNoCornersOfWhatIsInsideNow) {
+  std::vector<Mesh> boxes;
+  Mesh all;
+  for (int n = 0; n < 12; ++n) {
+    boxes.push_back(box({0.37 * n, 0.41 * n, 0.29 * n}, {0.37 * n + 10, 0.41 * n + 10, 0.29 * n + 10}));
+    append(all, boxes.back());
+  }
+  const Mesh as_cut = combined(boxes, {.operation = BooleanOperation::unite}).mesh;
+  const double exact = volume(as_cut);
+  for (const Mesh& mesh : {all, as_float32(all)}) {
+    const CheckedMesh checked = united(mesh, boxes.size());
+    EXPECT_NEAR(volume(checked.mesh), exact, (is_float32(mesh) ? 1e-5 : 1e-12) * exact);
+    EXPECT_LT(checked.mesh.triangles.size(), as_cut.triangles.size() * 5 / 6);
+  }
+}
+
 }  // namespace
 }  // namespace rayrep
