@@ -142,41 +142,13 @@ Input solid_for(const Options& options, const Given& given, const Progress& prog
   return input;
 }
 
-/// A closed mesh beside the one that is worked on. @throws Error{input}
-Mesh read_closed(const std::filesystem::path& path, const Options& options, const Progress& progress) {
-  return require_solid(read_mesh(path, {.memory_bytes = options.memory_bytes}).mesh, path.string(), kChecksOfOriginal, progress)
-      .mesh;
-}
-
-std::vector<Part> fixed_parts(const Options& options, const Given& given, const Progress& progress) {
-  std::vector<Part> parts;
-  for (const tool::FixedFile& file : options.fixed)
-    parts.push_back(
-        {.mesh = read_closed(file.path, options, progress), .role = Part::Role::insert, .density_g_cm3 = file.density_g_cm3});
+std::vector<Part> fixed_parts(const Options& options, const Given& given, const Progress& progress, tool::Notes* notes = nullptr) {
+  std::vector<Part> parts = tool::read_fixed(options, progress, notes);
   for (Part part : given.fixed) {
     part.mesh = require_solid(part.mesh, "What is fixed in the body", kChecksOfOriginal, progress).mesh;
     parts.push_back(std::move(part));
   }
   return parts;
-}
-
-std::vector<Mesh> kept_solid(const Options& options, const Progress& progress) {
-  std::vector<Mesh> regions;
-  for (const auto& path : options.keep_solid) regions.push_back(read_closed(path, options, progress));
-  return regions;
-}
-
-/// What is looked at, and by what it is told from what it was.
-struct Kept {
-  const Options& options;
-  const Delivery& judged;
-  const Mesh* original;
-};
-
-void judge_kept(const Kept& what, const Spec& spec, Verdict& verdict, const Progress& progress) {
-  if (what.options.keep_solid.empty()) return;
-  const std::vector<Mesh> regions = kept_solid(what.options, progress);
-  judge_kept_solid(what.judged.solid(), kept_solid_terms(regions, spec, what.original), verdict, progress);
 }
 
 RunReport start_report(const Options& options, const Input& input) {
@@ -188,17 +160,18 @@ RunReport start_report(const Options& options, const Input& input) {
   return report;
 }
 
-HollowOptions hollow_options(const Options& options, const std::vector<Part>& fixed, const Progress& progress) {
+HollowOptions hollow_options(const Options& options, const std::vector<Part>& fixed, const Progress& progress,
+                             tool::Notes* notes = nullptr) {
   HollowOptions how = options.hollow;
-  how.keep_solid = kept_solid(options, progress);
+  how.keep_solid = tool::read_kept_solid(options, progress, notes);
   for (const Part& part : fixed) how.fixed.push_back({part});
   how.as_stored = [&options](const Mesh& mesh) { return as_stored(options.output, mesh); };
   return how;
 }
 
-DeformOptions deform_options(const Options& options, const Given& given, const Progress& progress) {
+DeformOptions deform_options(const Options& options, const Given& given, const Progress& progress, tool::Notes* notes = nullptr) {
   DeformOptions how = options.deform;
-  for (const auto& path : options.deform_fixed) how.fixed.emplace_back(read_closed(path, options, progress));
+  for (const auto& path : options.deform_fixed) how.fixed.emplace_back(tool::read_closed(path, options, progress, notes));
   how.fixed.insert(how.fixed.end(), given.deform_fixed.begin(), given.deform_fixed.end());
   return how;
 }
@@ -260,8 +233,8 @@ Outcome hollow_once(Options options, const Given& given, const Progress& progres
   RunReport& report = outcome.report;
   outcome.stored_as = tool::ending_of(options.output);
   outcome.flavor = options.flavor;
-  const std::vector<Part> fixed = fixed_parts(options, given, progress);
-  HollowOptions how = hollow_options(options, fixed, progress);
+  const std::vector<Part> fixed = fixed_parts(options, given, progress, &report.input.notes);
+  HollowOptions how = hollow_options(options, fixed, progress, &report.input.notes);
   const TemporaryFolder folder;
   std::optional<tool::SlicedBodies> sliced;
   const std::string gcode = options.gcode.filename().string();
@@ -273,7 +246,9 @@ Outcome hollow_once(Options options, const Given& given, const Progress& progres
   Mesh outside = outcome.given;
   if (options.deform.limit_mm) {
     const Deformation deformation =
-        options.outside ? *options.outside : deform(outside, options.spec, how, deform_options(options, given, progress), progress);
+        options.outside
+            ? *options.outside
+            : deform(outside, options.spec, how, deform_options(options, given, progress, &report.input.notes), progress);
     if (deformation.changed) {
       outcome.outside = outside = as_stored(options.output, deformation.mesh);
       report.outside = {"", deformation.figures(), deformation.words()};
@@ -291,7 +266,7 @@ Outcome hollow_once(Options options, const Given& given, const Progress& progres
   const Spec& spec = report.hollow->spec;
   report.after =
       sliced ? sliced->judged(outcome.judged, original, report, progress) : verify(outcome.judged, &original, spec, {}, progress);
-  judge_kept({options, outcome.judged, &original}, spec, report.after, progress);
+  tool::judge_kept({options, outcome.judged, &original}, spec, report.after, progress);
   report.before = state_figures(original, spec, {}, progress);
   if (sliced && report.after.pass()) {
     sliced->deliver(report.hollow->best_slice);
@@ -312,7 +287,7 @@ Outcome verify_printed(const Options& options, const Given& given, const Progres
   Spec spec = options.spec;
   print_of(spec).density_g_cm3 = report.print->density_g_cm3;
   progress.begin("verify");
-  outcome.judged = {fixed_parts(options, given, progress)};
+  outcome.judged = {fixed_parts(options, given, progress, &report.input.notes)};
   if (!options.plugs.empty())
     for (Part& part : tool::read_plugs(options.plugs)) outcome.judged.parts.push_back(std::move(part));
   report.after = tool::verify_print_with(outcome.judged, outcome.given, *report.print, spec, progress);
@@ -457,11 +432,13 @@ Outcome verify(const Words& words, const Given& given, const Progress& progress)
                                         .pieces = input.pieces,
                                         .inserts = input.inserts},
                                        print_of(options.spec).infill.percent_laid_down);
-    for (Part& part : fixed_parts(options, given, progress)) outcome.judged.parts.push_back(std::move(part));
+    for (Part& part : fixed_parts(options, given, progress, &outcome.report.input.notes))
+      outcome.judged.parts.push_back(std::move(part));
     if (!options.plugs.empty())
       for (Part& part : tool::read_plugs(options.plugs)) outcome.judged.parts.push_back(std::move(part));
     outcome.report.after = verify(outcome.judged, original ? &outcome.given : nullptr, options.spec, {}, progress);
-    judge_kept({options, outcome.judged, original ? &outcome.given : nullptr}, options.spec, outcome.report.after, progress);
+    tool::judge_kept({options, outcome.judged, original ? &outcome.given : nullptr, &outcome.report.input.notes}, options.spec,
+                     outcome.report.after, progress);
   } catch (const Error& error) {
     // The check says better than the judge what is wrong with a mesh that has no inside.
     if (error.code() == ErrorCode::input) refuse_unusable(input);

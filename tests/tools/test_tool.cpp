@@ -273,6 +273,17 @@ TEST_F(Tool, MendsWhatEverySlicerPrints) {
   }
 }
 
+TEST_F(Tool, TellsWhatFirstAidDidToRegionsThatStaySolid) {
+  Mesh post = box({-4, -4, -20}, {4, 4, 0});
+  post.triangles.pop_back();
+  write_mesh(folder_ / "post.stl", post);
+  const Run made = run("float egg.stl --resolution 40 --keep-solid post.stl -o made.stl");
+  EXPECT_EQ(made.code, 0) << made.err;
+  EXPECT_TRUE(mentions(made.out, {"note: Of post.stl: First aid: 1 flat hole was closed"})) << made.out;
+  const Run judged = run("verify made.stl --goal float --original egg.stl --keep-solid post.stl");
+  EXPECT_TRUE(mentions(judged.out, {"note: Of post.stl: First aid"})) << judged.out << judged.err;
+}
+
 TEST_F(Tool, MakesOneOfBodiesThatOverlap) {
   const Mesh torso = icosphere(30, 3), head = icosphere(18, 3, {2, 3, 36});
   write_mesh(folder_ / "both.stl", merged({torso, head}));

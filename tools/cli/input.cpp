@@ -69,32 +69,10 @@ void refuse_loose_bodies(const Options& options, ReadMesh& mesh, const Progress&
   mesh.summary.notes.push_back(count + ": taken as one rigid body, as --rigid says.");
 }
 
-Mesh read_closed(const std::filesystem::path& path, const Options& options, const Progress& progress) {
-  CheckedMesh checked =
-      check_mesh(read_mesh(path, {.memory_bytes = options.memory_bytes}).mesh, {.self_intersections = false}, progress);
-  if (!checked.report.usable) throw Error(ErrorCode::input, path.string() + ": " + checked.report.refusal);
-  return std::move(checked.mesh);
-}
-
-std::vector<Part> read_fixed(const Options& options, const Progress& progress) {
-  std::vector<Part> parts;
-  for (const FixedFile& file : options.fixed) {
-    parts.push_back(
-        {.mesh = read_closed(file.path, options, progress), .role = Part::Role::insert, .density_g_cm3 = file.density_g_cm3});
-  }
-  return parts;
-}
-
-std::vector<Mesh> read_kept_solid(const Options& options, const Progress& progress) {
-  std::vector<Mesh> regions;
-  for (const auto& path : options.keep_solid) regions.push_back(read_closed(path, options, progress));
-  return regions;
-}
-
-HollowOptions hollow_options(const Options& options, const Progress& progress) {
+HollowOptions hollow_options(const Options& options, const Progress& progress, Notes* notes) {
   HollowOptions how = options.hollow;
-  for (Part& part : read_fixed(options, progress)) how.fixed.push_back({std::move(part)});
-  how.keep_solid = read_kept_solid(options, progress);
+  for (Part& part : read_fixed(options, progress, notes)) how.fixed.push_back({std::move(part)});
+  how.keep_solid = read_kept_solid(options, progress, notes);
   how.as_stored = [&options](const Mesh& mesh) { return as_stored(options.output, mesh); };
   return how;
 }

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "measure.h"
 #include "options.h"
 #include "rayrep/rayrep.h"
 
@@ -33,15 +34,8 @@ void refuse_unusable(const ReadMesh& mesh);
 /// @throws Error{input} for a mesh of several bodies, unless something is said to hold them together
 void refuse_loose_bodies(const Options& options, ReadMesh& mesh, const Progress& progress);
 
-/// A closed mesh beside the one that is worked on. @throws Error{input}
-Mesh read_closed(const std::filesystem::path& path, const Options& options, const Progress& progress);
-
-/// The bodies that are not printed. @throws Error{input} for one that is not closed
-std::vector<Mesh> read_kept_solid(const Options& options, const Progress& progress);
-std::vector<Part> read_fixed(const Options& options, const Progress& progress);
-
 /// Those of the command line, with what they name read. Keeps a reference to them.
-HollowOptions hollow_options(const Options& options, const Progress& progress);
+HollowOptions hollow_options(const Options& options, const Progress& progress, Notes* notes = nullptr);
 
 /// Of a mesh that is only looked at: nothing where it is not closed.
 struct LookedAt {

@@ -50,6 +50,36 @@ bool overlaps_stand(const CheckedMesh& original, const Mesh& judged, const Progr
          check_mesh(judged, {.self_intersections = false}, progress).report.first_aid.bodies_united > 0;
 }
 
+Mesh read_closed(const std::filesystem::path& path, const Options& options, const Progress& progress, Notes* notes) {
+  CheckedMesh checked =
+      check_mesh(read_mesh(path, {.memory_bytes = options.memory_bytes}).mesh, {.self_intersections = false}, progress);
+  if (!checked.report.usable) throw Error(ErrorCode::input, path.string() + ": " + checked.report.refusal);
+  if (notes && checked.report.first_aid)
+    for (const std::string& note : checked.report.notes) notes->push_back("Of " + path.string() + ": " + note);
+  return std::move(checked.mesh);
+}
+
+std::vector<Part> read_fixed(const Options& options, const Progress& progress, Notes* notes) {
+  std::vector<Part> parts;
+  for (const FixedFile& file : options.fixed)
+    parts.push_back({.mesh = read_closed(file.path, options, progress, notes),
+                     .role = Part::Role::insert,
+                     .density_g_cm3 = file.density_g_cm3});
+  return parts;
+}
+
+std::vector<Mesh> read_kept_solid(const Options& options, const Progress& progress, Notes* notes) {
+  std::vector<Mesh> regions;
+  for (const auto& path : options.keep_solid) regions.push_back(read_closed(path, options, progress, notes));
+  return regions;
+}
+
+void judge_kept(const Kept& what, const Spec& spec, Verdict& verdict, const Progress& progress) {
+  if (what.options.keep_solid.empty()) return;
+  const std::vector<Mesh> regions = read_kept_solid(what.options, progress, what.notes);
+  judge_kept_solid(what.delivered.solid(), kept_solid_terms(regions, spec, what.original), verdict, progress);
+}
+
 std::vector<Part> read_plugs(const std::filesystem::path& path) {
   MeshFile file = read_mesh(path);
   std::vector<Part> parts = std::move(file.modifiers);

@@ -2,6 +2,8 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "options.h"
 #include "rayrep/rayrep.h"
@@ -19,6 +21,27 @@ Delivery delivery_of(MeshFile file, const std::optional<double>& percent_laid_do
 
 /// Whether bodies that overlap, and were made one in an original, stand in what is judged by it as they were.
 bool overlaps_stand(const CheckedMesh& original, const Mesh& judged, const Progress& progress);
+
+using Notes = std::vector<std::string>;
+
+/// A closed mesh beside the one that is worked on. @throws Error{input}
+/// @param notes  gets what first aid did to it, with its path; null: nobody asks
+Mesh read_closed(const std::filesystem::path& path, const Options& options, const Progress& progress, Notes* notes = nullptr);
+
+/// Regions that stay solid, and bodies that are not printed. @throws Error{input} for one that is not closed
+std::vector<Mesh> read_kept_solid(const Options& options, const Progress& progress, Notes* notes = nullptr);
+std::vector<Part> read_fixed(const Options& options, const Progress& progress, Notes* notes = nullptr);
+
+/// What is looked at, and by what it is told from what it was.
+struct Kept {
+  const Options& options;
+  const Delivery& delivered;
+  const Mesh* original;
+  Notes* notes = nullptr;
+};
+
+/// Adds to a verdict what regions that were to stay solid have to do with it. @throws Error{input}: see read_kept_solid
+void judge_kept(const Kept& what, const Spec& spec, Verdict& verdict, const Progress& progress);
 
 /// What closes holes, as it was written. @throws Error{input}
 std::vector<Part> read_plugs(const std::filesystem::path& path);

@@ -273,19 +273,6 @@ std::vector<std::string> write_pieces(const Options& options, const Delivery& ma
   return paths;
 }
 
-/// What is looked at, and by what it is told from what it was.
-struct Kept {
-  const Options& options;
-  const Delivery& delivered;
-  const Mesh* original;
-};
-
-void judge_kept(const Kept& what, const Spec& spec, Verdict& verdict, const Progress& progress) {
-  if (what.options.keep_solid.empty()) return;
-  const std::vector<Mesh> regions = read_kept_solid(what.options, progress);
-  judge_kept_solid(what.delivered.solid(), kept_solid_terms(regions, spec, what.original), verdict, progress);
-}
-
 /// Writes the hollowed mesh and a core beside their final places, has them judged as re-read from disk, and puts them in place if
 /// they pass.
 void deliver(const ToDeliver& what, RunReport& report, Stages& stages, const Progress& progress) {
@@ -396,9 +383,9 @@ void require_room_for_wall(const Options& options, const Mesh& solid) {
   throw Error(ErrorCode::input, text);
 }
 
-DeformOptions deform_options(const Options& options, const Progress& progress) {
+DeformOptions deform_options(const Options& options, const Progress& progress, Notes* notes = nullptr) {
   DeformOptions how = options.deform;
-  for (const auto& path : options.deform_fixed) how.fixed.emplace_back(read_closed(path, options, progress));
+  for (const auto& path : options.deform_fixed) how.fixed.emplace_back(read_closed(path, options, progress, notes));
   return how;
 }
 
@@ -406,7 +393,8 @@ DeformOptions deform_options(const Options& options, const Progress& progress) {
 Mesh outside_for(const Options& options, const Mesh& solid, const HollowOptions& how, RunReport& report, const Progress& progress) {
   if (!options.deform.limit_mm) return solid;
   const Deformation deformation =
-      options.outside ? *options.outside : deform(solid, options.spec, how, deform_options(options, progress), progress);
+      options.outside ? *options.outside
+                      : deform(solid, options.spec, how, deform_options(options, progress, &report.input.notes), progress);
   if (!deformation.changed) return solid;
   report.outside = {options.outside_output.string(), deformation.figures(), deformation.words()};
   return as_stored(options.outside_output, deformation.mesh);
@@ -417,7 +405,7 @@ void hollow_one(const Options& options, const ReadMesh& input, Stages& stages, c
   require_room_for_wall(options, solid);
   require_planes_meet(options, solid);
   RunReport report = start_report(options, input);
-  HollowOptions how = hollow_options(options, progress);
+  HollowOptions how = hollow_options(options, progress, &report.input.notes);
   std::optional<SlicedBodies> sliced;
   if (!options.slicer.program.empty() || !options.as_sliced.empty()) {
     sliced.emplace(options, progress);
@@ -502,12 +490,13 @@ void verify_one(const Options& options, const ReadMesh& mesh, Stages& stages, co
   Delivery delivered;
   try {
     delivered = delivery_of(input.as_file(), print_of(options.spec).infill.percent_laid_down);
-    const std::vector<Part> fixed = read_fixed(options, progress);
+    const std::vector<Part> fixed = read_fixed(options, progress, &report.input.notes);
     delivered.parts.insert(delivered.parts.end(), fixed.begin(), fixed.end());
     if (!options.plugs.empty())
       for (Part& part : read_plugs(options.plugs)) delivered.parts.push_back(std::move(part));
     report.after = verify(delivered, original ? &original->checked.mesh : nullptr, options.spec, {}, progress);
-    judge_kept({options, delivered, original ? &original->checked.mesh : nullptr}, options.spec, report.after, progress);
+    judge_kept({options, delivered, original ? &original->checked.mesh : nullptr, &report.input.notes}, options.spec, report.after,
+               progress);
   } catch (const Error& error) {
     // The check says better than the judge what is wrong with a mesh that has no inside.
     if (error.code() == ErrorCode::input) refuse_unusable(input);
@@ -538,7 +527,7 @@ void verify_printed(const Options& options, Stages& stages, const Progress& prog
   Spec spec = options.spec;
   std::visit([&](auto& s) { s.print.density_g_cm3 = report.print->density_g_cm3; }, spec);
   progress.begin("verify");
-  Delivery judged{read_fixed(options, progress)};
+  Delivery judged{read_fixed(options, progress, &report.input.notes)};
   if (!options.plugs.empty())
     for (Part& part : read_plugs(options.plugs)) judged.parts.push_back(std::move(part));
   report.after = verify_print_with(judged, original.checked.mesh, *report.print, spec, progress);
