@@ -422,6 +422,22 @@ void conclude(FloatVerdict& verdict, double diagonal_mm, const Limits& limits) {
   describe(verdict);
 }
 
+/// What is judged, whose refusal says so where its outside is not the original's.
+/// @throws Error
+template <typename Judge>
+auto with_holes_told(bool changed, const Judge& judge) {
+  try {
+    return judge();
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::goal || !changed) throw;
+    throw Error(ErrorCode::goal,
+                std::string(error.what()) +
+                    " But its outside is not the original's: if there are holes in it, water comes in by them. Say --drain auto of "
+                    "those by which it was drained, how wide they are (--drain-diameter), and where plugs close them --plug, with "
+                    "--plugs FILE where these are in a file of their own.");
+  }
+}
+
 }  // namespace
 
 bool Verdict::pass() const {
@@ -441,7 +457,8 @@ FloatVerdict verify(const Mesh& delivered, const Mesh* original, const FloatSpec
   check(spec, Setting::For::judging);
   FloatVerdict verdict;
   const Surface surface = judge_surface(delivered, original, progress, verdict);
-  verdict.spec = at_its_waterline(surface.mesh, std::nullopt, spec, progress);
+  const bool changed = original && verdict.outer_deviation_mm > verdict.coordinate_rounding_mm;
+  verdict.spec = with_holes_told(changed, [&] { return at_its_waterline(surface.mesh, std::nullopt, spec, progress); });
   verdict.state = state_of(judged(surface.mesh, surface.outer, surface.material, spec), verdict.spec,
                            {limits, Judging::with_more_plastic, progress});
   add_surface_criteria(surface, {original != nullptr, spec.print, spec.up, limits.wall_ratio}, progress, verdict);
@@ -538,7 +555,9 @@ Verdict verify(const PrintedDelivery& delivered, const Mesh* original, const Spe
     touched = outside_with_plugs(what, both);
   }
   const PrintInHull in = in_hull(merged_mesh(touched), s, progress);
-  Verdict verdict = judge_any(in, spec, limits, progress);
+  const bool changed = original && both.outer_deviation_mm > std::max(both.coordinate_rounding_mm, tolerance_mm);
+  const bool open = !surface.holes.mouths.empty() && !print.drains.plugged;
+  Verdict verdict = with_holes_told(changed || open, [&] { return judge_any(in, spec, limits, progress); });
   // What was found of the surface, and its criteria first.
   both.goal = std::move(verdict.goal);
   both.headline = std::move(verdict.headline);

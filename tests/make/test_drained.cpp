@@ -397,6 +397,10 @@ TEST(Drained, JudgeAllowsHolesAlone) {
   Spec none = made.spec;
   print_of(none).drains = {};
   EXPECT_TRUE(has(judged(made.delivery, none), "outer_unchanged"));
+  // Where water comes in there is no waterline: the cause is told.
+  std::get<FloatSpec>(none).waterline_mm.reset();
+  const Delivery open{{{.mesh = made.delivery.body()}}};
+  EXPECT_TRUE(mentions(message_of([&] { verify(open, &egg(), none); }, ErrorCode::goal), {"it sinks", "--drain auto", "--plug"}));
 
   // A dent, as deep as a hole but square, and a vertex that was moved.
   Delivery dented = made.delivery;
