@@ -451,8 +451,9 @@ void note_roofs(const Overhang& found, double flatter, const Print& print, Verdi
 
 /// Of roofs that were to be self-supporting.
 void judge_roofs(const Overhang& found, double flatter, const Print& print, Verdict& verdict) {
-  verdict.figures.push_back(
-      {.name = "flatter_share", .words = "flatter than " + shown(flattest_deg(print)) + " degrees, likewise", .value = flatter});
+  verdict.figures.push_back({.name = "flatter_share",
+                             .words = "of the cavities' surface, flatter than " + shown(flattest_deg(print)) + " degrees",
+                             .value = flatter});
   note_roofs(found, flatter, print, verdict);
 }
 
