@@ -97,6 +97,24 @@ TEST(Suggest, HoldsItOtherwiseWhereHolesCannotBe) {
   EXPECT_FALSE(refused(changed, spec));
 }
 
+TEST(Suggest, PrintsItOtherwiseWhereConesLeaveNoRoom) {
+  FloatSpec asked;
+  asked.print.wall_mm = 4;
+  asked.print.self_supporting_deg = 45;
+  const Mesh mesh = test::box({0, 0, 0}, {60, 24, 20});
+  EXPECT_TRUE(refused(mesh, asked));
+  const Advice advice = suggest(mesh, asked, coarse());
+  ASSERT_EQ(advice.suggestions.size(), 2u) << advice.tried;
+  EXPECT_EQ(advice.suggestions[0].kinds, std::vector{ChangeKind::roof});
+  EXPECT_EQ(advice.suggestions[1].kinds, std::vector{ChangeKind::direction});
+  for (const Suggestion& suggestion : advice.suggestions) {
+    Spec spec = asked;
+    Mesh changed = mesh;
+    take(suggestion, spec, changed);
+    EXPECT_FALSE(refused(changed, spec)) << suggestion.change;
+  }
+}
+
 TEST(Suggest, LetsResinOut) {
   FloatSpec asked;
   asked.print.density_g_cm3 = 1.14;
