@@ -284,6 +284,15 @@ TEST_F(Tool, TellsWhatFirstAidDidToRegionsThatStaySolid) {
   EXPECT_TRUE(mentions(judged.out, {"note: Of post.stl: First aid"})) << judged.out << judged.err;
 }
 
+TEST_F(Tool, SuggestsTheWholeLineWhereAnOptionStoodAlone) {
+  write_mesh(folder_ / "bar.stl", box({0, 0, 0}, {60, 24, 20}));
+  const Run refused = run("float bar.stl --resolution 40 --wall 4 --self-supporting -o bar.3mf");
+  EXPECT_EQ(refused.code, 4);
+  EXPECT_TRUE(
+      mentions(refused.err, {"float bar.stl --resolution 40 --wall 4 -o bar.3mf --self-supporting 0", "--print-direction x"}))
+      << refused.err;
+}
+
 TEST_F(Tool, MakesOneOfBodiesThatOverlap) {
   const Mesh torso = icosphere(30, 3), head = icosphere(18, 3, {2, 3, 36});
   write_mesh(folder_ / "both.stl", merged({torso, head}));

@@ -1641,7 +1641,18 @@ std::string printable(const std::string& text) {
   return shown;
 }
 
+/// Whether the word after an option is its value.
+static bool is_value_of(const std::string& option, const std::string& next, const std::vector<Group>& groups) {
+  for (const Group& group : groups)
+    for (const Setting& s : group.settings)
+      if ("--" + long_name(s) == option) return !s.value.empty() && (s.alone.empty() || is_number_like(next));
+  return true;
+}
+
 std::vector<std::string> suggested(int argc, const char* const* argv, const Suggestion& suggestion) {
+  const Syntax& syntax = syntax_of(argv[1]);
+  Options options = defaults_of(syntax);
+  const std::vector<Group> groups = groups_of_all_goals(syntax, options);
   std::set<std::string> gone{"--allow"};
   std::vector<std::string> more;
   for (const auto& [name, value] : suggestion.options) {
@@ -1656,7 +1667,7 @@ std::vector<std::string> suggested(int argc, const char* const* argv, const Sugg
     const auto equals = word.find('=');
     if (word == "--suggest") continue;
     if (gone.count(word.substr(0, equals))) {
-      if (equals == std::string::npos) ++n;  // its value
+      if (equals == std::string::npos && n + 1 < argc && is_value_of(word, argv[n + 1], groups)) ++n;
       continue;
     }
     words.push_back(word);
