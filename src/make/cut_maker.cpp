@@ -40,9 +40,10 @@ void require_thickness(const Mesh& whole, const Cut::Plane& plane) {
   if (lo + kThinnest_mm <= plane.offset_mm && plane.offset_mm <= hi - kThinnest_mm) return;
   const bool meets = lo < plane.offset_mm && plane.offset_mm < hi;
   throw Error(ErrorCode::usage,
-              concat("The plane ", words_of(plane), " of --cut does not meet the body",
-                     meets ? concat(" at least ", shown(kThinnest_mm), " mm, a layer, from its end") : std::string(),
-                     ": it lies between ", shown(lo, 4), " and ", shown(hi, 4), " mm there."));
+              concat("The plane ", words_of(plane), " of --cut ",
+                     meets ? concat("passes less than ", shown(kThinnest_mm), " mm, a layer, from the end of the body")
+                           : std::string("does not meet the body"),
+                     ", which lies between ", shown(lo, 4), " and ", shown(hi, 4), " mm there."));
 }
 
 /// A pin across a cut and the room for it: a hole in each side.
@@ -128,8 +129,8 @@ std::vector<Cut::Plane> CutMaker::given_planes(const Mesh& whole) const {
     for (std::size_t k = 0; k < n; ++k)
       if (most_apart_mm(bounding_box(whole), cut_.planes[k], cut_.planes[n]) < kThinnest_mm)
         throw Error(ErrorCode::usage, concat("Two planes of --cut, ", words_of(cut_.planes[k]), " and ", words_of(cut_.planes[n]),
-                                             ", are one and the same or nearer to each other than ", shown(kThinnest_mm),
-                                             " mm, a layer, everywhere in the body: leave one of them out."));
+                                             ", are one and the same, or nowhere in the body ", shown(kThinnest_mm),
+                                             " mm apart, a layer: leave one of them out."));
   }
   std::vector<Cut::Plane> planes;
   for (const Cut::Plane& plane : cut_.planes) planes.push_back(clear_of_vertices(whole, plane));
