@@ -242,9 +242,8 @@ void say(const std::vector<Piece>& pieces, const Delivery& delivered, const Spec
     if (!delivered.has_inserts())
       verdict.notes.push_back(
           "There are no pins between the pieces: glue them seam on seam. A hole for one keeps a wall (--wall) on either side of "
-          "it, "
-          "for which the wall around a cavity alone is never thick enough: where more is solid, thinner pins (--pin-diameter) or "
-          "another plane (--cut) may find room.");
+          "it, for which the wall around a cavity alone is never thick enough: where more is solid, thinner pins (--pin-diameter) "
+          "or another plane (--cut) may find room.");
     return;
   }
   const auto [shortest, longest] = std::minmax_element(lengths.begin(), lengths.end());

@@ -328,7 +328,7 @@ TEST(Cut, PlanesThatAreGivenAreTaken) {
   // Nor where it leaves a piece that is thinner than a layer, or would be moved out of the body.
   for (const double offset_mm : {29.9, -29.9999}) {
     job.spec.print.cut.planes = {{Eigen::Vector3d::UnitX(), offset_mm}};
-    EXPECT_TRUE(mentions(refused(), {"at least 0.2 mm", "-30", "30"}));
+    EXPECT_TRUE(mentions(refused(), {"less than 0.2 mm", "-30", "30"}));
   }
 }
 
