@@ -9,6 +9,7 @@
 #include "make/cavity_mender.h"
 #include "make/clipped_cavity.h"
 #include "make/ridges.h"
+#include "make/take_back.h"
 #include "mesh/crossing.h"
 #include "mesh/decimate.h"
 #include "mesh/part.h"
@@ -107,25 +108,15 @@ std::vector<double> averages_at_vertices(const Mesh& mesh, const std::vector<dou
   return sum;
 }
 
-/// Takes back moves of vertices that turn triangles over, of each triangle the farthest first: onto a surface with edges what
-/// contouring has cut off of one would come to lie over what is there.
+/// Takes back moves that turn triangles: onto a surface with edges what contouring has cut off of one would come to lie over what
+/// is there.
 void take_back_turned(const Mesh& before, Mesh& mesh) {
-  constexpr double kLeast = 0.3;  // cosine between then and now
-  const auto twice_area = [](const Mesh& m, std::size_t t) -> Eigen::Vector3d {
-    return (m.corner(t, 1) - m.corner(t, 0)).cross(m.corner(t, 2) - m.corner(t, 0));
+  const auto turned = [&](std::size_t t) {
+    constexpr double kLeast = 0.3;  // cosine between then and now
+    const Eigen::Vector3d then = detail::twice_area(before, t), now = detail::twice_area(mesh, t);
+    return !(now.dot(then) > kLeast * now.norm() * then.norm());
   };
-  const auto moved = [&](int n) { return (mesh.vertices[n] - before.vertices[n]).squaredNorm(); };
-  for (bool changed = true; changed;) {
-    changed = false;
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      const Eigen::Vector3d then = twice_area(before, t), now = twice_area(mesh, t);
-      if (now == then || now.dot(then) > kLeast * now.norm() * then.norm()) continue;
-      const Eigen::Vector3i& v = mesh.triangles[t];
-      const int farthest = *std::max_element(v.begin(), v.end(), [&](int m, int n) { return moved(m) < moved(n); });
-      changed = changed || moved(farthest) > 0;
-      mesh.vertices[farthest] = before.vertices[farthest];
-    }
-  }
+  detail::take_back_where(turned, before, mesh);
 }
 
 /// Moves the vertices of a cavity onto its surfaces.

@@ -63,15 +63,11 @@ void DrainedMaker::drill_all() {
     mesh_ = drilled(whole, *holes_);
   }
   plugs_ = print_.drains.plugged ? plugs_in(whole) : std::vector<Mesh>();
-  liquid_ = liquid();
-  floods_ |= weighs(liquid_);
-  moments_ = fixed_ + mesh_moments(transformed(mesh_, body_.to_working)) + liquid_;
-  for (const Mesh& plug : plugs_) moments_ += mesh_moments(transformed(plug, body_.to_working));
-}
-
-bool DrainedMaker::weighs(const Moments& liquid) const {
+  const Moments stays = liquid();
   constexpr double kWeighs = 1e-6;  // of the body
-  return liquid[M1] > kWeighs * body_.solid[M1];
+  floods_ |= stays[M1] > kWeighs * body_.solid[M1];
+  moments_ = fixed_ + mesh_moments(transformed(mesh_, body_.to_working)) + stays;
+  for (const Mesh& plug : plugs_) moments_ += mesh_moments(transformed(plug, body_.to_working));
 }
 
 /// Of resin that stays in the cavities, which weighs, in volumes of what is printed.

@@ -37,7 +37,6 @@ private:
   std::vector<Mesh> plugs_in(const Mesh& mesh) const;
   Mesh stored(const CombinedMesh& mesh) const;
   Moments liquid() const;
-  bool weighs(const Moments& liquid) const;
   Eigen::Affine3d beside_the_body(const Mesh& plug, double beside_mm) const;
 
   std::unique_ptr<Maker> cavities_;
@@ -54,7 +53,6 @@ private:
   Moments fixed_;        ///< what is fixed in the body, working frame
   Mesh mesh_;            ///< with the holes, as stored
   std::vector<Mesh> plugs_;
-  Moments liquid_ = Moments::Zero();  ///< that stays, in volumes of what is printed
   Moments moments_ = Moments::Zero();
 };
 

@@ -108,11 +108,7 @@ Mesh drill(const DrainHole& hole, double radius_mm) {
 
 DrainPlaces::Cavity::Cavity(Mesh shell) : mesh(std::move(shell)), surface(mesh), volume_mm3(mesh_moments(mesh)[M1]) {}
 
-bool DrainPlaces::Cavity::holds(const Eigen::Vector3d& p) const {
-  thread_local std::vector<LineHit> hits;
-  closed_line_hits(surface, p.head<2>(), hits);
-  return winding_below(hits, p.z()) > 0;
-}
+bool DrainPlaces::Cavity::holds(const Eigen::Vector3d& p) const { return is_inside(surface, p); }
 
 /// Height below which this share of its room lies.
 double DrainPlaces::Cavity::height_with(double share, const Eigen::Vector3d& up) const {
@@ -252,11 +248,9 @@ bool DrainPlaces::leaves_solid(const DrainHole& hole) const {
   const double before_mm = hole.inside ? kOutside * radius_mm_ : 0;
   const double long_mm = before_mm + hole.length_mm;
   const int steps = static_cast<int>(std::ceil(4 * long_mm / radius_mm_));
-  std::vector<LineHit> hits;
   for (int n = 0; n <= steps; ++n) {
     const Eigen::Vector3d at = hole.mouth_mm + (before_mm - long_mm * n / steps) * hole.outward;
-    closed_line_hits(*kept_solid_, at.head<2>(), hits);
-    if (winding_below(hits, at.z()) > 0 || kept_solid_->closest(at, radius_mm_ + wall_mm_).triangle >= 0) return false;
+    if (is_inside(*kept_solid_, at) || kept_solid_->closest(at, radius_mm_ + wall_mm_).triangle >= 0) return false;
   }
   return true;
 }

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "make/take_back.h"
 #include "mesh/mesh_edges.h"
 
 namespace rayrep::detail {
@@ -83,25 +84,14 @@ void move_one_row(const Mesh& before, const std::vector<Eigen::Vector3d>& to, co
   }
 }
 
-/// Takes back moves that turn triangles over, of each triangle the farthest first.
+/// Takes back moves that turn triangles over.
 void take_back(const Mesh& before, const std::vector<Tangent>& tangents, Mesh& mesh) {
-  for (;;) {
-    bool any = false;
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      const Eigen::Vector3i& v = mesh.triangles[t];
-      if (mesh.vertices[v[0]] == before.vertices[v[0]] && mesh.vertices[v[1]] == before.vertices[v[1]] &&
-          mesh.vertices[v[2]] == before.vertices[v[2]])
-        continue;
-      const auto area = [t](const Mesh& m) { return (m.corner(t, 1) - m.corner(t, 0)).cross(m.corner(t, 2) - m.corner(t, 0)); };
-      const Eigen::Vector3d out = tangents[v[0]].normal + tangents[v[1]].normal + tangents[v[2]].normal;
-      if (area(mesh).dot(out) > 0.05 * area(before).norm()) continue;
-      const auto moved = [&](int n) { return (mesh.vertices[n] - before.vertices[n]).squaredNorm(); };
-      const int farthest = *std::max_element(v.begin(), v.end(), [&](int m, int n) { return moved(m) < moved(n); });
-      mesh.vertices[farthest] = before.vertices[farthest];
-      any = true;
-    }
-    if (!any) return;
-  }
+  const auto turned_over = [&](std::size_t t) {
+    const Eigen::Vector3i& v = mesh.triangles[t];
+    const Eigen::Vector3d out = tangents[v[0]].normal + tangents[v[1]].normal + tangents[v[2]].normal;
+    return !(twice_area(mesh, t).dot(out) > 0.05 * twice_area(before, t).norm());
+  };
+  take_back_where(turned_over, before, mesh);
 }
 
 int corner_beside(const Eigen::Vector3i& t, int a, int b) { return t[0] + t[1] + t[2] - a - b; }
